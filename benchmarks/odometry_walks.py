@@ -11,6 +11,7 @@ compares every array). Walks are kept as logs in a folder.
 
 import argparse
 import re
+from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -128,15 +129,22 @@ def log_of(folder: Path, gait: str, seed: int, cycles: float = CYCLES) -> Path:
     return folder / f"{gait}_{seed}_{cycles:g}.mcap"
 
 
-def walk(gait: str, seed: int, folder: Path, cycles: float = CYCLES) -> Path:
-    """The log of a walk of this seed's plant, made if it is not there yet."""
-    kept = log_of(folder, gait, seed, cycles)
+def kept_log(kept: Path, make: Callable[[Path], None]) -> Path:
+    """Return a log, made if it is not there yet: one that is cut short while it is made is not kept."""
     if not kept.exists():
-        folder.mkdir(parents=True, exist_ok=True)
+        kept.parent.mkdir(parents=True, exist_ok=True)
         part = kept.with_suffix(".part")
-        walk_without_bytes(plant_config(seed), gait, cycles, seed, part)
+        make(part)
         part.replace(kept)
     return kept
+
+
+def walk(gait: str, seed: int, folder: Path, cycles: float = CYCLES) -> Path:
+    """The log of a walk of this seed's plant, made if it is not there yet."""
+    return kept_log(
+        log_of(folder, gait, seed, cycles),
+        lambda path: walk_without_bytes(plant_config(seed), gait, cycles, seed, path),
+    )
 
 
 def main() -> None:

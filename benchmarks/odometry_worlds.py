@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.odometry_walks import GAITS, walk_without_bytes
+from benchmarks.odometry_walks import GAITS, kept_log, walk_without_bytes
 from model.kinematics.legs import leg_kinematics
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.virtual.file_twin import nominal_twin
@@ -103,17 +103,15 @@ def imu_of(seed: int) -> ImuAssumed:
 
 def world_log(folder: Path, seed: int) -> Path:
     """Return the log of a world's walk, made if it is not there yet."""
-    kept = folder / f"world_{seed}.mcap"
-    if not kept.exists():
-        folder.mkdir(parents=True, exist_ok=True)
+
+    def make(path: Path) -> None:
         config = load_robot()
         world = world_of(seed, config)
-        part = kept.with_suffix(".part")
         walk_without_bytes(
-            config, world.gait, CYCLES, seed, part, twin=twin_of(world, config), imu=imu_of(seed)
+            config, world.gait, CYCLES, seed, path, twin=twin_of(world, config), imu=imu_of(seed)
         )
-        part.replace(kept)
-    return kept
+
+    return kept_log(folder / f"world_{seed}.mcap", make)
 
 
 def main() -> None:

@@ -4,42 +4,26 @@ The walk is one of the slipping gait, with an encoder that is silent for a secon
 one it says so and leaves the picture as it is.
 """
 
-import shutil
-import subprocess
 import tempfile
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from record.log.reader import LogContents, StampedTick, read_log, read_stamped_ticks
+from benchmarks.odometry_bars import without_encoder
+from record.log.reader import LogContents, read_log, read_stamped_ticks
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot
 from robot.odometry.compare import compare_methods, stride_of
 from robot.odometry.page import odometry_page
 from robot.odometry.track import TrackedLog, track
+from tests.robot.browser import find_browser, run_browser
 
 OUT = Path(__file__).resolve().parent / "figures" / "odometry_page.png"
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-QUIET = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync",
-    "--hide-scrollbars",
-)  # fmt: skip
 SIZE = (1100, 2300)
 WALK = "drive --gait metachronal --cycles 2 --seed 5 --virtual-time --log"
 SILENT = (15.0, 16.0)  # seconds of the log in which the encoder of ML is
 ML = 1
-
-
-def without_encoder(item: StampedTick, seconds: float) -> StampedTick:
-    """The tick as it would be if the encoder of ML did not answer."""
-    if not SILENT[0] <= seconds < SILENT[1]:
-        return item
-    angle, rate = item.tick.joints.angle_rad.copy(), item.tick.joints.rate_rad_s.copy()
-    angle[ML] = rate[ML] = np.nan
-    joints = replace(item.tick.joints, angle_rad=angle, rate_rad_s=rate)
-    return replace(item, tick=replace(item.tick, joints=joints))
 
 
 def page_of_walk(log: Path) -> str:
@@ -48,7 +32,12 @@ def page_of_walk(log: Path) -> str:
         raise SystemExit(code)
     items, config, read = list(read_stamped_ticks(log, LogContents())), load_robot(), read_log(log)
     begun_ns = items[0].unix_ns
-    items = [without_encoder(one, (one.unix_ns - begun_ns) * 1e-9) for one in items]
+    items = [
+        without_encoder(one, ML)
+        if SILENT[0] <= (one.unix_ns - begun_ns) * 1e-9 < SILENT[1]
+        else one
+        for one in items
+    ]
     angle, rate = (
         np.array([getattr(one.tick.joints, name) for one in items])
         for name in ("angle_rad", "rate_rad_s")
@@ -61,17 +50,15 @@ def page_of_walk(log: Path) -> str:
 
 def main() -> None:
     """Write the page, and a picture of it."""
-    program = next((path for name in BROWSERS if (path := shutil.which(name))), None)
-    if program is None:
+    if not find_browser():
         print(f"{OUT.name} left as it is: needs a Chromium")
         return
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         page = Path(folder) / "page.html"
         page.write_text(page_of_walk(Path(folder) / "walk.mcap"), encoding="utf-8")
         width, height = SIZE
-        words = (f"--user-data-dir={folder}/profile", f"--screenshot={OUT}",
-                 f"--window-size={width},{height}", page.as_uri())  # fmt: skip
-        subprocess.run([program, *QUIET, *words], check=True, capture_output=True, timeout=300)
+        words = f"--screenshot={OUT}", f"--window-size={width},{height}", page.as_uri()
+        run_browser(Path(folder), *words)
     print(OUT.name)
 
 

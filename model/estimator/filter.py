@@ -23,10 +23,11 @@ from model.estimator import (
 )
 from model.estimator import measurements as measure
 from model.estimator.kalman import Kalman, MeasurementStack, Updated, mended, sound
-from model.estimator.neighbourhood import Neighbourhood, neighbourhood
+from model.estimator.neighbourhood import Neighbourhood, neighbourhood, no_answer
 from model.estimator.process import ProcessStep
 from model.estimator.settings import EstimatorSettings, record_of
 from model.estimator.sources import ABSOLUTE, FORCE, LOAD
+from model.quasistatic import frame
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import (
     BIAS,
@@ -79,14 +80,13 @@ class Estimator:
         self.legs = len(contact.mu)
         self.names = names or tuple(f"leg {k + 1}" for k in range(self.legs))
         self.size = FIXED + 2 * self.legs
-        self._nothing = readonly(np.full((self.legs, 3), np.nan))
         self._kalman = Kalman(self.size, FIXED, self.settings)
         self._record = record_of(self.settings, weight_n)
         tilt_walk = self.settings.tilt_bias_walk
         self._sensor_walk = np.square([self.settings.gyro_bias_walk, tilt_walk, tilt_walk])
         for module in (
+            frame,
             frame_kernel,
-            force_blend,
             sources,
             tolerance_kernel,
             process,
@@ -179,6 +179,10 @@ class Estimator:
         loaded = senses.contact(state, model, heard, self.weight_n, settings)
         # the model was solved at the parameters that the prediction leaves as they are
         answer = None if held else serving
+        # no one knows what a robot in the hand would do, nor expects anything of one that stands
+        solved = serving if serving is not None else no_answer(self.legs)
+        share = solved.force_n / self.weight_n
+        expected = no_answer(self.legs).force_n if held else share
         moved_by_hand = airborne or dt_s < 0 or dt_s > settings.longest_gap_s
         anchored = state.anchored and not moved_by_hand
         if far := anchored and self._pose_is_far(inputs, step.mean, covariance):
@@ -189,7 +193,7 @@ class Estimator:
                 measure.Belief(step.mean, covariance), heard.share, feet, loaded & ~dead, answer,
                 self.contact.mu, self._record,
             )  # fmt: skip
-            self._add_doubt(forces, answer, state, dt_s, apart)
+            self._add_doubt(forces, expected - state.expected, dt_s, apart)
             measured.insert(0, forces)
         used = self._correct(step.mean, covariance, measured, state, inputs.t_ns)
         mean, believed = used.mean, used.covariance
@@ -207,7 +211,7 @@ class Estimator:
             )
         elif refused := int(used.streak[ABSOLUTE, 0]):
             trouble.append(f"absolute poses contradict the estimate: {refused} in a row rejected")
-        predicted, compared = self._forces(state, feet, serving, heard)
+        predicted, compared = self._forces(state, feet, share, heard)
         force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
         answered = serving is not None or state.answer_ns == NEVER
         answer_ns = inputs.t_ns if answered else state.answer_ns
@@ -221,7 +225,7 @@ class Estimator:
             force_ns=force_ns,
             used_ns=inputs.t_ns if heard.use else state.used_ns,
             share=heard.share[:, 2] if heard.fresh else state.share,
-            expected=self._nothing if answer is None else answer.force_n / self.weight_n,
+            expected=expected,
             contact=loaded,
             rejected=used.streak,
             rejects=state.rejects + used.rejects + far,
@@ -241,43 +245,52 @@ class Estimator:
             strain=health.strain(used.sources),
             gyro_ns=inputs.t_ns if isfinite(inputs.yaw_rate_rad_s) else state.gyro_ns,
         )
-        estimate = output.estimate(after, self.contact, self._record, model, used, verdict, held)
-        if predicted is not None:
-            estimate = replace(estimate, force_B=predicted)
-        return after, estimate
+        answered_by = output.Answer(model, predicted, held)
+        return after, output.estimate(after, self.contact, self._record, answered_by, used, verdict)
 
     def _forces(
         self,
         state: EstimatorState,
         feet: FootMotion,
-        answer: Neighbourhood | None,
+        filtered: FloatArray,
         heard: senses.Heard,
-    ) -> tuple[FloatArray | None, ForceMemory]:
-        """Predict forces, (N, 3) [N], None without an answer, and compare with a new record."""
-        if answer is None:
-            return None, state.forces
-        filtered = answer.force_n / self.weight_n
+    ) -> tuple[FloatArray, ForceMemory]:
+        """Predict forces, (N, 3) [N], and compare with a new record.
+
+        Args:
+            state: Before the tick.
+            feet: Of the tick.
+            filtered: The filter's forces over the weight, (N, 3); NaN without an answer.
+            heard: Forces of the tick.
+        """
         plain = force_blend.open_loop(feet, self.contact, self.weight_n)
         predicted = readonly(self.weight_n * force_blend.blended(state.forces, filtered, plain))
         if not heard.fresh:
             return predicted, state.forces
-        return predicted, force_blend.learn(state.forces, heard.share, filtered, plain)
+        return predicted, force_blend.learn(
+            state.forces, heard.share, filtered, plain, self.settings
+        )
 
     def _add_doubt(
         self,
         stack: MeasurementStack,
-        answer: Neighbourhood,
-        state: EstimatorState,
+        change: FloatArray,
         dt_s: float,
         apart: tolerances.Apart | None,
     ) -> None:
-        """Add to the noise of forces what tolerances do to loads, and what a wrong time does to all."""
+        """Add to the noise of forces what tolerances do to loads, and what a wrong time does to all.
+
+        Args:
+            stack: The measurement.
+            change: Of the forces expected, over the weight, since the tick before, (N, 3).
+            dt_s: Time since that tick [s].
+            apart: What companions answered.
+        """
         doubt = np.zeros((self.legs, 3))
         if dt_s > 0:
-            change = answer.force_n / self.weight_n - state.expected
             doubt += np.nan_to_num(self.settings.delay_sd / dt_s * change) ** 2
         if apart is not None:
-            doubt[:, 2] += 0.5 * np.square(apart.load_share).sum(axis=0)
+            doubt[:, 2] += apart.load_variance
         for first, kind, leg in stack.blocks.tolist():
             if kind == LOAD:
                 stack.variance[first] += doubt[leg, 2]

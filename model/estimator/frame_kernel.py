@@ -45,6 +45,17 @@ def _lay_row(given: FloatArray, out: FloatArray) -> None:
 
 
 @compiled
+def lay_parameters(
+    mean: FloatArray, stiffness: FloatArray, mu: FloatArray, spring: FloatArray, grip: FloatArray
+) -> None:
+    """Fill stiffness [N/m] and friction of N legs as the state has them, from those of the robot file."""
+    count = mu.size
+    for k in range(count):
+        grip[k] = mu[k] * np.exp(mean[SCALE] + mean[FIXED + k])
+        spring[k] = stiffness[k] * np.exp(mean[FIXED + count + k])
+
+
+@compiled
 def tilt_sway(
     feet: FloatArray,
     feet_velocity: FloatArray,
@@ -156,9 +167,7 @@ def neighbourhood_kernel(
     # All that is handed on may be written: machine code of its own for what may not costs seconds.
     place, speed = feet.copy(), feet_velocity.copy()
     spring, friction = np.empty(count), np.empty(count)
-    for k in range(count):
-        friction[k] = mu[k] * np.exp(mean[SCALE] + mean[FIXED + k])
-        spring[k] = stiffness[k] * np.exp(mean[FIXED + count + k])
+    lay_parameters(mean, stiffness, mu, spring, friction)
     springs, grip = spring.copy(), friction.copy()
     ground, moved = np.zeros(count), np.empty((count, 3))
     work, spare, own = np.empty((ROWS, count)), np.empty((ROWS, count)), np.empty((ROWS, count))

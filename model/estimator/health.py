@@ -12,10 +12,11 @@ from math import atan, cos, degrees, hypot, log, sin, sqrt
 import numpy as np
 
 from model.estimator.senses import Heard
-from model.estimator.settings import EstimatorSettings
+from model.estimator.settings import RECORD_S, EstimatorSettings
 from model.estimator.sources import FORCE, GYRO, LOAD, TILT
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import (
+    BETWEEN,
     FIXED,
     NEVER,
     YAW,
@@ -27,7 +28,6 @@ from model.values.estimate import (
 
 UNKNOWN = readonly(np.zeros(4))  # mean of all forces before the first record
 ENOUGH = 100.0  # records of all forces before something is said of their mean
-RECORD_S = 0.01  # between two records of the forces
 # Mean normalised innovation squared of a source beyond which its noise, or the model, is not as the
 # settings say. Robots within the tolerances stay below (docs/odometry.md).
 USUAL = {LOAD: 1.5, FORCE: 3.0, GYRO: 1.2, TILT: 3.0}
@@ -149,7 +149,7 @@ def judge(
     if not trouble:
         fine_ns = before.fine_ns if before.fine_ns != NEVER else inputs.t_ns
         lost = lost and (inputs.t_ns - fine_ns) * 1e-9 < settings.recover_s
-    words, remark = "; ".join(trouble), remarks(before, names)
+    words, remark = BETWEEN.join(trouble), remarks(before, names)
     if lost:
         words = words or "the feet have only just begun to carry again"
         return HealthVerdict(Health.LOST, words, fine_ns, lost=True, remark=remark)
@@ -159,7 +159,7 @@ def judge(
 
 def remarks(state: EstimatorState, names: Sequence[str]) -> str:
     """Say what of the robot file or the ground does not agree with the measurements."""
-    return "; ".join(
+    return BETWEEN.join(
         (*_of_forces(state.balance), *_of_legs(state, names), *_of_loads(state, names))
     )
 

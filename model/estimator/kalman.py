@@ -142,8 +142,6 @@ class Kalman:
         known, weighed = _noise(stack.variance, where, sources, self._settings.least_weight)
         spread = stack.rows @ covariance @ stack.rows.T
         expected = spread.diagonal().copy()
-        doubted = spread.copy()
-        doubted.flat[:: len(spread) + 1] += weighed
         gated = spread.copy()  # a gate does not get used to all that it sees
         gated.flat[:: len(spread) + 1] += np.minimum(weighed, MOST_AT_A_GATE * stack.variance)
         used, more, rejects = _gate(stack, gated, streak, self._reject_limit)
@@ -157,7 +155,7 @@ class Kalman:
             return replace(none, rejects=rejects, streak=streak, sources=learned)
         keep = used if rejects else slice(None)  # a view where all pass, as in nearly every tick
         variance = (weighed + more)[keep]
-        sd = np.sqrt((doubted.diagonal() + more)[keep])
+        sd = np.sqrt((expected + weighed + more)[keep])
         left = stack.innovation[keep]
         normal = nothing.copy()
         over_sd = np.full(len(used), np.nan)

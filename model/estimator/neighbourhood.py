@@ -7,7 +7,7 @@ import numpy as np
 
 from model.estimator.frame_kernel import neighbourhood_kernel
 from model.estimator.settings import Record
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, readonly
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
 
@@ -57,8 +57,8 @@ class Neighbourhood(NamedTuple):
 @cache
 def no_answer(legs: int) -> Neighbourhood:
     """All NaN, for N feet: what stands where the model has no answer."""
-    rows = np.full((1 + 3 * legs, 6 + 3 * legs), np.nan)
-    return Neighbourhood(rows, np.full((legs, 2), np.nan), np.full(2, np.nan))
+    shapes = (1 + 3 * legs, 6 + 3 * legs), (legs, 2), (2,)
+    return Neighbourhood(*(readonly(np.full(shape, np.nan)) for shape in shapes))
 
 
 def neighbourhood(

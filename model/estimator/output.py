@@ -1,10 +1,12 @@
 """From the estimator's state to its estimate: health, covariances, parameters, predicted foot forces."""
 
 from math import atan, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
 from model.compiled import FLAG, compile_for, compiled, given, out
+from model.estimator.frame_kernel import lay_parameters
 from model.estimator.health import HealthVerdict
 from model.estimator.kalman import Updated
 from model.estimator.neighbourhood import Neighbourhood, no_answer
@@ -27,30 +29,43 @@ from model.values.parameters import ContactParameters
 MU, MU_SD, STIFFNESS, STIFFNESS_SD, SHARE, SHARE_SD = range(6)  # rows of what is read out
 
 
+class Answer(NamedTuple):
+    """What the model answers at a tick.
+
+    Attributes:
+        model: Its answer at the state's parameters; None without one.
+        force_n: Predicted forces, (N, 3); NaN where no foot carries the robot.
+        holding: Whether pose and parameters are held because nothing moves.
+    """
+
+    model: Neighbourhood | None
+    force_n: FloatArray
+    holding: bool
+
+
 def estimate(
     state: EstimatorState,
     contact: ContactParameters,
     settings: Record,
-    model: Neighbourhood | None,
+    answer: Answer,
     used: Updated,
     verdict: HealthVerdict,
-    holding: bool,
 ) -> Estimate:
     """Read out a state after a step; its arrays are not to be written to from then on."""
     legs = len(contact.mu)
     mean, covariance = readonly(state.mean), readonly(state.covariance)
-    answer = model if model is not None else no_answer(legs)
-    feet, force = np.empty((6, legs)), np.empty((legs, 3))
+    model = answer.model if answer.model is not None else no_answer(legs)
+    feet = np.empty((6, legs))
     spread, slipping = np.empty((legs, 3, 3)), np.empty(legs, dtype=np.bool_)
     readout_kernel(
-        mean, covariance, contact.mu, contact.stiffness, state.contact, answer.rows, answer.slip_B,
-        settings, feet, force, spread, slipping,
+        mean, covariance, contact.mu, contact.stiffness, state.contact, model.rows, model.slip_B,
+        settings, feet, spread, slipping,
     )  # fmt: skip
     if state.airborne:
-        for gone in (force, spread, feet[SHARE_SD]):
+        for gone in (spread, feet[SHARE_SD]):
             gone.fill(np.nan)
     mu, mu_sd, stiffness, stiffness_sd, share, share_sd = readonly(feet)
-    slope_x, slope_y, height = answer.pose.tolist()
+    slope_x, slope_y, height = model.pose.tolist()
     # views, not copies
     return Estimate(
         t_ns=state.t_ns,
@@ -65,7 +80,7 @@ def estimate(
         mu_sd=mu_sd,
         stiffness=stiffness,
         stiffness_sd=stiffness_sd,
-        force_B=readonly(force),
+        force_B=answer.force_n,
         force_covariance=readonly(spread),
         load_share=share,
         load_share_sd=share_sd,
@@ -73,7 +88,7 @@ def estimate(
         height_m=height,
         contact=readonly(state.contact),
         slipping=readonly(slipping),
-        holding=holding,
+        holding=answer.holding,
         nis=used.nis,
         nis_dof=used.numbers,
         source_nis=used.source_nis,
@@ -130,7 +145,7 @@ def _spread(rows: FloatArray, covariance: FloatArray, settings: Record, spread: 
 def readout_kernel(
     mean: FloatArray, covariance: FloatArray, mu: FloatArray, stiffness: FloatArray,
     contact: BoolArray, rows: FloatArray, slip: FloatArray, settings: Record, feet: FloatArray,
-    force: FloatArray, spread: FloatArray, slipping: BoolArray,
+    spread: FloatArray, slipping: BoolArray,
 ) -> None:  # fmt: skip
     """Read out a state. Where the model has no answer it is NaN, and so is what follows from it.
 
@@ -145,22 +160,18 @@ def readout_kernel(
         settings: Of ``record_of``.
         feet: Out: MU and the sd of its logarithm, STIFFNESS [N/m] and that of its, SHARE of the weight and
             its own, (6, N).
-        force: Out: predicted, (N, 3) [N].
-        spread: Out: its covariance, (N, 3, 3) [N^2].
+        spread: Out: covariance of the predicted forces, (N, 3, 3) [N^2].
         slipping: Out: feet that clearly slip, (N,).
     """
     count, setting = mu.size, settings[0]
     _spread(rows, covariance, settings, spread)
+    lay_parameters(mean, stiffness, mu, feet[STIFFNESS], feet[MU])
     for k in range(count):
         grip, spring = FIXED + k, FIXED + count + k
-        feet[MU, k] = mu[k] * np.exp(mean[SCALE] + mean[grip])
         # log of the common friction and log mu of a leg vary together
         both = covariance[grip, grip] + covariance[SCALE, SCALE] + 2.0 * covariance[SCALE, grip]
         feet[MU_SD, k] = np.sqrt(max(both, 0.0))
-        feet[STIFFNESS, k] = stiffness[k] * np.exp(mean[spring])
         feet[STIFFNESS_SD, k] = np.sqrt(covariance[spring, spring])
-        for i in range(3):
-            force[k, i] = rows[0, 6 + 3 * k + i]
         feet[SHARE, k] = rows[0, 8 + 3 * k] / setting["weight_n"]
         feet[SHARE_SD, k] = np.sqrt(spread[k, 2, 2]) / setting["weight_n"]
         speed = np.sqrt(slip[k, 0] ** 2 + slip[k, 1] ** 2)
@@ -172,5 +183,5 @@ def prepare() -> None:
     settings = record_of(EstimatorSettings(), 1.0)
     compile_for(
         readout_kernel, *given(1, 2, 1, 1), *given(1, kind=FLAG), *given(2, 2), settings,
-        *out(2, 2, 3), *out(1, kind=FLAG),
+        *out(2, 3), *out(1, kind=FLAG),
     )  # fmt: skip

@@ -11,6 +11,7 @@ from model.errors import ModelError
 from model.quasistatic.frames import FrictionLaw
 
 Record: TypeAlias = NDArray[np.void]
+RECORD_S = 0.01  # between two records of the forces
 
 
 @dataclass(frozen=True, slots=True)

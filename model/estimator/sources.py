@@ -25,8 +25,8 @@ PRIOR_S = 2.0  # that innovations are white counts as much as so many seconds of
 LONGEST_S = 0.2  # that one innovation stands for
 # Standard deviations from which on an innovation counts no more than one that lies there: of what is
 # learned from, which should be what passes the gates, and of what health is judged by.
-USUAL, FARTHEST = 2.6, 5.0
-EXPECTED = 0.95  # mean square of a normal number that is cut off at USUAL
+LEARNED_SD, JUDGED_SD = 2.6, 5.0
+EXPECTED = 0.95  # mean square of a normal number that is cut off at LEARNED_SD
 
 
 class NumberPlaces(NamedTuple):
@@ -128,9 +128,9 @@ def learn_kernel(
                 continue
             sd = np.sqrt(expected[i] + scale[kind] * noise[i])
             # no farther than an innovation can be believed to lie
-            now = min(max(left / sd, -USUAL), USUAL)
+            now = min(max(left / sd, -LEARNED_SD), LEARNED_SD)
             # against the settings' own noise, which does not get used to what it sees
-            plain = min(abs(left) / np.sqrt(expected[i] + noise[i]), FARTHEST)
+            plain = min(abs(left) / np.sqrt(expected[i] + noise[i]), JUDGED_SD)
             size += 1
             square += now * now
             ratio += plain * plain

@@ -9,14 +9,13 @@ up or down. How far their answers lie apart is what tolerances do.
 import numpy as np
 
 from model.compiled import FLAG, compile_for, compiled, given, out
-from model.estimator.frame_kernel import tilt_sway
+from model.estimator.frame_kernel import lay_parameters, tilt_sway
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.support.kernel import ROWS, support_kernel
 from model.traction.coulomb_frame import balance_frame
 from model.traction.coulomb_kernel import FootLaw
 from model.traction.kernel import FINE, foot_speeds, lay_anisotropy
 from model.values.arrays import BoolArray, FloatArray
-from model.values.estimate import FIXED, SCALE
 
 COM_X, COM_Y, SLOPE_X, SLOPE_Y = 0, 1, 2, 3  # behind the feet in a row of the design
 OTHERS = 4
@@ -55,9 +54,7 @@ def tolerance_kernel(
     lay_anisotropy(anisotropy, work)
     place, speed, ground = feet.copy(), feet_velocity.copy(), np.empty(count)
     spring, grip = np.empty(count), np.empty(count)
-    for k in range(count):
-        grip[k] = mu[k] * np.exp(mean[SCALE] + mean[FIXED + k])
-        spring[k] = stiffness[k] * np.exp(mean[FIXED + count + k])
+    lay_parameters(mean, stiffness, mu, spring, grip)
     tilt, carried, own = np.empty(3), np.empty(count), np.empty(3)
     side, pull, rest = np.zeros((count, 2)), np.zeros((count, 2)), np.zeros(count, dtype=np.bool_)
     outside, nothing = np.zeros(5), side[:0]

@@ -10,7 +10,7 @@ from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.settings import Record
 from model.estimator.tolerance_kernel import OTHERS, tolerance_kernel
 from model.values.arrays import FloatArray, readonly
-from model.values.estimate import VELOCITY, YAW, Companions
+from model.values.estimate import VELOCITY, YAW, Companions, paired_covariance
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
 
@@ -29,8 +29,12 @@ class Apart(NamedTuple):
     @property
     def velocity_covariance(self) -> FloatArray:
         """(3, 3)."""
-        moment: FloatArray = 0.5 * self.velocity_B.T @ self.velocity_B
-        return moment
+        return paired_covariance(self.velocity_B)
+
+    @property
+    def load_variance(self) -> FloatArray:
+        """Of the load's share of each foot, (N,)."""
+        return paired_covariance(self.load_share).diagonal()
 
 
 @cache

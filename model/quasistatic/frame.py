@@ -55,7 +55,8 @@ def solve_frame(feet: FootMotion, contact: ContactParameters, weight_n: float) -
     Raises:
         ModelError: Shapes do not fit.
     """
-    position, velocity = feet.position_m, feet.velocity_m_s
+    position = np.ascontiguousarray(feet.position_m)
+    velocity = np.ascontiguousarray(feet.velocity_m_s)
     count = position.shape[0]
     if position.shape != (count, 3) or velocity.shape != (count, 3) or count == 0:
         raise ModelError(f"feet must be (N, 3), not {position.shape} and {velocity.shape}")

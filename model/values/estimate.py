@@ -20,6 +20,7 @@ GYRO_BIAS = 10
 TILT_BIAS = slice(11, 13)
 FIXED = 13
 NEVER = -1  # a time
+BETWEEN = "; "  # reasons of an estimate's health, and its remarks
 
 
 # Where measurements come from: vertical forces, horizontal forces, absolute poses, yaw gyro, inclinometer.
@@ -76,6 +77,19 @@ class OdometryInputs:
     yaw_sd_rad: float = np.nan
 
 
+def paired_covariance(apart: FloatArray) -> FloatArray:
+    """Covariance of what errors of one standard deviation make, each once up and once down.
+
+    Args:
+        apart: What each of M robots with one error answers less the answer without, (..., M, d).
+
+    Returns:
+        Half the second moment, (..., d, d).
+    """
+    covariance: FloatArray = 0.5 * np.swapaxes(apart, -1, -2) @ apart
+    return covariance
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Companions:
     """M robots that walk along, each with its own errors of the robot file.
@@ -92,9 +106,8 @@ class Companions:
 
     @property
     def pose_covariance(self) -> FloatArray:
-        """Of x, y, yaw, (3, 3): half of what up and down make together."""
-        moment: FloatArray = 0.5 * self.apart.T @ self.apart
-        return moment
+        """Of x, y, yaw, (3, 3)."""
+        return paired_covariance(self.apart)
 
     def gathered(self) -> "Companions":
         """The same robots, all at one place again: what lay between them is in the covariance."""
@@ -247,6 +260,8 @@ class Estimate:
         reason: Why it is not ok; empty if it is.
         gyro_bias_rad_s: Of the yaw gyro [rad/s]; NaN until it has reported a rate. So is its sd.
         gyro_bias_sd: Its standard deviation [rad/s].
+        remark: What of the robot file or the ground does not agree with the measurements, though the
+            covariance covers it; empty without any.
     """
 
     t_ns: int

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.values.arrays import FloatArray
-from model.values.estimate import Health
+from model.values.estimate import BETWEEN, Health
 from robot.odometry.track import Track
 
 NUMBER = re.compile(r"[-+]?\d+(\.\d+)?")
-BETWEEN = "; "  # reasons of one tick
 
 
 @dataclass(frozen=True, slots=True, eq=False)

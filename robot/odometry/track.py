@@ -12,7 +12,7 @@ from drivers.ati.foot_forces import no_forces
 from model.errors import ModelError
 from model.estimator.sources import ABSOLUTE
 from model.values.arrays import BoolArray, FloatArray, IntArray
-from model.values.estimate import Estimate, EstimatorState
+from model.values.estimate import Estimate, EstimatorState, paired_covariance
 from model.values.tick import Tick
 from record.log.reader import LogContents, StampedTick, read_log
 from record.log.recording import Recording
@@ -79,7 +79,7 @@ class Track:
         of both covariances. Of robots of other tolerances only how far they part from then on counts.
         """
         apart = self.column(lambda e: e.companion_pose)
-        covariance = self.column(lambda e: e.pose_covariance) - _spread(apart)
+        covariance = self.column(lambda e: e.pose_covariance) - paired_covariance(apart)
         moved = self.pose - self.pose[0]
         # a turn at the first tick moves all later places
         carried = np.tile(np.eye(3), (len(moved), 1, 1))
@@ -91,7 +91,9 @@ class Track:
         since = apart - np.where(
             free[:, None, None], 0.0, np.einsum("tij,mj->tmi", carried, apart[0])
         )
-        grown: FloatArray = covariance + sign * known + _spread(since) + START_SD**2 * np.eye(3)
+        grown: FloatArray = (
+            covariance + sign * known + paired_covariance(since) + START_SD**2 * np.eye(3)
+        )
         return grown
 
     @cached_property
@@ -104,12 +106,6 @@ class Track:
     def rejected(self) -> int:
         """Measurements rejected since the first tick."""
         return self.estimates[-1].rejects - self.estimates[0].rejects
-
-
-def _spread(apart: FloatArray) -> FloatArray:
-    """Covariance of poses that companions, one up and one down for each error, have apart, (T, 3, 3)."""
-    covariance: FloatArray = 0.5 * np.einsum("tmi,tmj->tij", apart, apart)
-    return covariance
 
 
 class Tracker:

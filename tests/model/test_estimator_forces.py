@@ -25,7 +25,7 @@ RECORDS = 5000  # five memories
 def after(measured: FloatArray, records: int = RECORDS) -> ForceMemory:
     memory = force_blend.at_start()
     for _ in range(records):
-        memory = force_blend.learn(memory, measured, FILTERED, PLAIN)
+        memory = force_blend.learn(memory, measured, FILTERED, PLAIN, SETTINGS)
     return memory
 
 
@@ -95,7 +95,7 @@ def test_weights_are_the_least_squares_of_what_was_measured() -> None:
         plain = 0.05 * draw.normal(size=(6, 3))
         filtered = plain + 0.03 * draw.normal(size=(6, 3))
         measured = plain + 0.6 * (filtered - plain) + 0.02 * draw.normal(size=(6, 3))
-        memory = force_blend.learn(memory, measured, filtered, plain)
+        memory = force_blend.learn(memory, measured, filtered, plain, SETTINGS)
         rows[0].append((filtered - plain)[:, 0])
         rows[1].append((measured - plain)[:, 0])
     weight = np.linalg.lstsq(np.concatenate(rows[0])[:, None], np.concatenate(rows[1]))[0][0]
@@ -107,13 +107,13 @@ def test_weights_are_the_least_squares_of_what_was_measured() -> None:
 def test_feet_without_a_force_teach_nothing() -> None:
     nothing = np.full((6, 3), np.nan)
     before = after(FILTERED, 10)
-    assert force_blend.learn(before, nothing, FILTERED, PLAIN) is before
-    assert force_blend.learn(before, FILTERED, FILTERED, nothing) is before
+    assert force_blend.learn(before, nothing, FILTERED, PLAIN, SETTINGS) is before
+    assert force_blend.learn(before, FILTERED, FILTERED, nothing, SETTINGS) is before
     some = FILTERED.copy()
     some[2, 0], some[4] = np.nan, np.inf
     heard = [0, 1, 3, 5]
-    one = force_blend.learn(before, some, FILTERED, PLAIN)
-    other = force_blend.learn(before, FILTERED[heard], FILTERED[heard], PLAIN[heard])
+    one = force_blend.learn(before, some, FILTERED, PLAIN, SETTINGS)
+    other = force_blend.learn(before, FILTERED[heard], FILTERED[heard], PLAIN[heard], SETTINGS)
     np.testing.assert_array_equal(one.apart, other.apart)
     np.testing.assert_array_equal(one.agree, other.agree)
 
