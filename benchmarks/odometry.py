@@ -30,7 +30,7 @@ from robot.odometry.compare import compare_methods, true_motion, walking_part
 from robot.odometry.metrics import in_band, nees
 from robot.odometry.track import TrackedLog, track, track_log
 from robot.report.walk_frames import fit_contact, walk_frames
-from robot.requests.single import OdomRequest
+from robot.requests.recorded import OdomRequest
 from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, simulate, slip_of_feet
 
 SLIPPING_CYCLES = 4

@@ -20,7 +20,7 @@ from record.log.reader import read_log as read_recording
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig, parse_robot
 from robot.gap_report.imports import imported, lines_of_one
-from robot.requests.single import ImportRequest
+from robot.requests.recorded import ImportRequest
 
 if TYPE_CHECKING:
     import pyarrow

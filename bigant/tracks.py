@@ -11,7 +11,7 @@ from robot.odometry.compare import OdometryComparison, compare_methods, stride_o
 from robot.odometry.metrics import Motion, TrackErrors
 from robot.odometry.table import displacement_and_sd, table
 from robot.odometry.track import TrackedLog, track_log
-from robot.requests.single import OdomRequest
+from robot.requests.recorded import OdomRequest
 
 
 @dataclass(frozen=True, eq=False, repr=False)

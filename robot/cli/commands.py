@@ -24,7 +24,10 @@ EXAMPLES_HEAD = "examples:"
 OWN, REQUEST = "_parser", "_request"
 _Parsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # has no public name
 OVERWRITE_HELP = "replace earlier files (default: they are kept as NAME.1.EXT)"
-SINGLE = "single"  # the module of the commands of one word
+SINGLE = (
+    "single"  # the module of the commands of one word, but for those asked of what was recorded
+)
+RECORDED = dict.fromkeys(("show", "odom", "replay", "import", "view", "bridge"), "recorded")
 
 
 GROUP_HELP = {
@@ -174,7 +177,8 @@ def add_commands(
 def request_of(command: str) -> type[Any]:
     """Import the class of what a command such as "servo zero" is asked for."""
     *group, _ = words = command.split()
-    module = importlib.import_module(f"robot.requests.{''.join(group) or SINGLE}")
+    of_one_word = RECORDED.get(command, SINGLE)
+    module = importlib.import_module(f"robot.requests.{''.join(group) or of_one_word}")
     kind: type[Any] = getattr(module, "".join(map(str.capitalize, words)) + "Request")
     return kind
 

@@ -38,7 +38,7 @@ from robot.gap_report.abilities import (
     machine_simulator,
     odometry_ability,
 )
-from robot.requests.single import ImportRequest
+from robot.requests.recorded import ImportRequest
 
 SUFFIXES = (".mcap", ".parquet", ".csv")
 READ_SUFFIXES = (".parquet", ".csv", ".npz", ".toml")

@@ -29,7 +29,7 @@ from robot.odometry.table import as_json, table
 from robot.odometry.track import track_log
 from robot.odometry.tune import tune_command
 from robot.report.walk_frames import fit_contact, walk_frames
-from robot.requests.single import OdomRequest
+from robot.requests.recorded import OdomRequest
 
 
 def odom(request: OdomRequest) -> ExitCode:

@@ -24,7 +24,8 @@ from robot.control.controller import Controller
 from robot.control.stops import STOPS
 from robot.odometry.request import believed_robot
 from robot.odometry.track import Tracker
-from robot.requests.single import VIRTUAL, OdomRequest
+from robot.requests.recorded import OdomRequest
+from robot.requests.single import VIRTUAL
 from robot.run.force_unit import NO_UNIT, check_no_unit, wanted_unit
 from robot.run.hardware import open_imu, open_real
 from robot.run.loop import run

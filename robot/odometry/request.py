@@ -6,7 +6,7 @@ from model.errors import ConfigError
 from model.quasistatic.frames import FrictionLaw
 from record.whole_file import check_room
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
-from robot.requests.single import TUNE, OdomRequest
+from robot.requests.recorded import TUNE, OdomRequest
 
 SUFFIXES = (".tum", ".mcap", ".png", ".html")
 

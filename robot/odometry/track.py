@@ -19,7 +19,7 @@ from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
 from robot.control.estimator_stage import TickEstimator
 from robot.odometry.request import believed_robot
-from robot.requests.single import OdomRequest
+from robot.requests.recorded import OdomRequest
 
 # Where a displacement begins, its pose is known to this [m, rad], as in the estimator's first tick.
 START_SD = 1e-4

@@ -29,7 +29,7 @@ from robot.console.table import Column, table_lines
 from robot.odometry.metrics import in_band
 from robot.odometry.request import believed_robot
 from robot.odometry.track import Track, track
-from robot.requests.single import OdomRequest
+from robot.requests.recorded import OdomRequest
 
 NAMES = ("speed_per_slip", "turn_per_slip", "force_sd", "force_share_sd", "load_sd")
 OF_GYRO, OF_TILT = "gyro_sd", "tilt_sd"  # tuned too, where the walks have them

@@ -16,7 +16,7 @@ from robot.control.effect_uses import unused_notes
 from robot.replay.bus import BusReplay, replay_bus
 from robot.replay.compare import Difference, FieldResult
 from robot.replay.ticks import Replay, replay_log
-from robot.requests.single import ReplayRequest
+from robot.requests.recorded import ReplayRequest
 
 COLUMNS = (
     *(Column(name) for name in ("stage", "field", "unit")),

@@ -34,7 +34,8 @@ from robot.replay.repeat_plots import draw_repeat
 from robot.replay.ticks import imported
 from robot.report.pictures import write_report
 from robot.report.run_date import date_words
-from robot.requests.single import VIRTUAL, DriveRequest, ReplayRequest
+from robot.requests.recorded import ReplayRequest
+from robot.requests.single import VIRTUAL, DriveRequest
 from robot.run.header import rebuild_controller
 from robot.run.operator import Interrupts
 

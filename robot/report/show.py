@@ -12,7 +12,7 @@ from robot.report.plots import draw_log
 from robot.report.run_date import date_words
 from robot.report.summary import read_summary
 from robot.report.summary_text import summary_rows
-from robot.requests.single import ShowRequest
+from robot.requests.recorded import ShowRequest
 
 
 def show_log(request: ShowRequest) -> ExitCode:

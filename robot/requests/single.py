@@ -1,8 +1,6 @@
-"""Requests of the commands of one word: ``bigant drive``, ``bigant show`` and others."""
+"""Requests of the commands of one word about a robot or this computer: ``bigant drive`` and others."""
 
-import sys
 from pathlib import Path
-from typing import Any
 
 from robot.console.arguments import (
     EITHER,
@@ -27,14 +25,9 @@ from robot.console.arguments import (
 
 VIRTUAL = "virtual"
 LAST_STEP = 13  # of the first day
-TUNE = Path("tune")
 SHELLS = ("bash", "zsh", "fish")
-DEFAULT_PORT = 8765
-DEFAULT_RATE_HZ = 25.0
-RERUN_SUFFIX = ".rrd"
 UNIT_OR_NONE = "HOST[:UDP:CONSOLE]|none"
 FROM_ROBOT_FILE = "force-torque unit (default: robot file)"
-AGAIN, WALKING = "with --drive", "while it walks"  # headings in the help
 
 
 @request("drive.drive:drive", writes=True)
@@ -105,19 +98,6 @@ class DriveRequest:
         return self.hardware == VIRTUAL
 
 
-@request("report.show:show_log", writes=True)
-class ShowRequest:
-    """``bigant show``: what a log says, as a table and as pictures.
-
-    Print a summary of a log (distance, speed, slip, faults, loop) and write a page with trajectory, body
-    velocity and foot forces, predicted against measured.
-    """
-
-    path: Path = argument("LOG")
-    out: Path | None = option(".html or .png (default: next to the log, .html)", "FILE")
-    json: bool = as_json("the summary as JSON, no picture")
-
-
 @request("bringup.preflight.devices:list_devices")
 class DevicesRequest:
     """``bigant devices``: ports, servos at each baud rate, force-torque units.
@@ -130,194 +110,6 @@ class DevicesRequest:
     baud: int | None = baud_now()
     discover: str = discovery()
     json: bool = as_json()
-
-
-@request("odometry.command:odom", writes=True)
-class OdomRequest:
-    """``bigant odom``: odometry and foot forces from a log, judged against the truth if there is one.
-
-    Run the estimator over a log with only what the loop knew at each tick. 'odom tune LOG...' finds its
-    noise from logs instead. --live follows the log of a running drive, or reads a robot without ever moving
-    it.
-    """
-
-    logs: tuple[Path, ...] = argument("[tune] LOG", nargs="*", default=())
-    compare: bool = flag("beside it: open-loop model, strides, rigid stance and the truth")
-    law: str | None = option(
-        "friction law of the process (default: the robot file's)", choices=("coulomb", "viscous")
-    )
-    no_sway: bool = flag("leave out how the body moves as it tilts")
-    no_forces: bool = flag("as if there were no force unit")
-    no_imu: bool = flag("as if there were no IMU")
-    robot: Path | None = option("robot file to believe (default: the one in the log)", "FILE")
-    fitted: Path | None = option(
-        "with --compare: fit open loop and stride to this walk of known truth", "LOG"
-    )
-    smooth: bool = flag("write the trajectory smoothed with all of the walk known")
-    out: Path | None = option(
-        ".tum, .mcap, .png or .html; tune: .toml, the robot file with what was found", "FILE"
-    )
-    html: Path | None = option(
-        "the page: path, error bars, sensors, health, rejections, forces", "FILE"
-    )
-    live: bool = flag(
-        "follow LOG (default: newest in runs/) while it is written, or --hardware", group=WALKING
-    )
-    hardware: str | None = option(
-        "read servos and forces here; torque is never asked for", "virtual|PORT", group=WALKING
-    )
-    force_unit: str | None = option(FROM_ROBOT_FILE, UNIT_OR_NONE, group=WALKING)
-    duration: float | None = option("end after so long", "S", type=positive, group=WALKING)
-    json: bool = as_json("the figures as JSON; with --live a line of it a second")
-
-    @property
-    def tunes(self) -> bool:
-        """Whether noise is to be found from logs."""
-        return not self.live and self.logs[:1] == (TUNE,)
-
-
-@request("replay.command:replay", writes=True)
-class ReplayRequest:
-    """``bigant replay``: a recorded run again, as a test.
-
-    Plain, the recorded inputs go through today's controller and every stage's output is compared with the
-    recorded one. With --bus the recorded bytes of both devices go through today's drivers, which have to
-    send what they sent then. With --drive the robot does the same run again, and the new measurements are
-    compared with the old. Of imported data, which no controller made, the estimator is replayed. Exit code
-    0: equal (--drive: driven); 1: not.
-    """
-
-    path: Path = argument("LOG")
-    tolerance: float = option(
-        "factor on all tolerances (1); 0 asks for the same bits",
-        "X",
-        default=1.0,
-        type=between(0, sys.float_info.max),
-    )
-    robot: Path | None = option("try this robot file instead of the log's", "FILE")
-    gait: str | None = option(
-        "for a run with the gait of a Python file: that file, or 'recorded' to run the text in the log",
-        "FILE.py|recorded",
-    )
-    json: bool = as_json()
-    bus: bool = flag(
-        "replay the recorded bytes through the drivers (log: bigant drive --record-bytes)",
-        group=EITHER,
-    )
-    drive: bool = flag("do the run again on a robot", group=EITHER)
-    hardware: str = hardware_port(group=AGAIN)
-    armed: bool = flag("allow torque on real hardware", group=AGAIN)
-    force_unit: str | None = option(FROM_ROBOT_FILE, UNIT_OR_NONE, group=AGAIN)
-    virtual_time: bool = flag("as fast as the computer goes", group=AGAIN)
-    seed: int = random_seed(group=AGAIN)
-    log: Path | None = option("the new log (default: runs/...)", "FILE", group=AGAIN)
-    out: Path | None = option(
-        "page with the pictures (default: beside the new log)", "FILE", group=AGAIN
-    )
-
-
-@request("gap_report.imports:bring_in", writes=True)
-class ImportRequest:
-    """``bigant import``: measured data from anywhere, checked, as logs or trials.
-
-    Reads the trial table (.parquet or .csv with NAME.toml beside it), any other .csv, .parquet or .npz
-    through a map of its columns, and ROS 2 bags: your own map, or one that comes with the program (--maps
-    lists them). Says what is absent, out of order, repeated, out of range, jumping, stuck, unsigned or
-    empty, which faults of the data the diagnosis would see, and what can be asked of the run. Nothing is
-    dropped without being listed.
-    """
-
-    paths: tuple[Path, ...] = argument(
-        "TABLE",
-        ".parquet, .csv, .npz, NAME.toml, or a ROS 2 bag; several with --out FOLDER",
-        nargs="*",
-        default=(),
-    )
-    map: str | None = option(
-        "which of its columns is which of ours", "NAME|MAP.toml", flags=("--map", "--columns")
-    )
-    topics: str | None = option(
-        "of a bag, where the map does not name them and several could be meant: joints=, commands=, pose=, "
-        "force_LEG=",
-        "WHAT=TOPIC,...",
-    )
-    maps: bool = flag("list the maps that come with the program")
-    out: Path | None = option(
-        "log (.mcap) or trial (.parquet, .csv) to write, or a folder for a trial (.parquet) of each table; "
-        "without it, only the report",
-        "FILE|FOLDER",
-    )
-    report: Path | None = option("the whole report (.json, or text)", "FILE")
-    json: bool = as_json("the report as JSON")
-
-    @property
-    def folder(self) -> bool:
-        """Whether ``out`` is a folder, for a trial of each table."""
-        return self.out is not None and not self.out.suffix
-
-
-def _log_shown() -> Any:
-    """LOG of a command that shows a run."""
-    text = "a log; with --live the one that is being written (default: the newest in runs/)"
-    return argument("LOG", text, nargs="?", default=None)
-
-
-def _speed_shown() -> Any:
-    """``--speed`` of a command that shows a run."""
-    return option("of a recorded log (default: 1)", "X", default=1.0, type=between(0.01, 1000))
-
-
-@request("view.watch:watch", writes=True)
-class ViewRequest:
-    """``bigant view``: watch a run, live or from its log, in a viewer or in a terminal.
-
-    Draws the robot with its linkages, contact forces measured and predicted, the trajectory against
-    ground truth, velocities, modes, health and faults. Foxglove and Lichtblick connect to the address
-    that is printed, or open the .mcap that --save writes; Rerun opens an .rrd; --terminal needs none of
-    them. --live follows a running bigant drive by reading the log that it writes, so the run cannot be
-    disturbed from here. See docs/view.md.
-    """
-
-    path: Path | None = _log_shown()
-    live: bool = flag("follow a running bigant drive")
-    speed: float = _speed_shown()
-    terminal: bool = flag("in this terminal")
-    save: Path | None = option(
-        "write what a viewer shows: .mcap for Foxglove and Lichtblick, .rrd for Rerun", "FILE"
-    )
-    headless: bool = flag("with --live and --save: no server, only the file")
-    layout: Path | None = option("also write a layout to import in Foxglove", "FILE.json")
-    host: str = option("listen here (default: 127.0.0.1)", "ADDRESS", default="127.0.0.1")
-    port: int = option(
-        f"({DEFAULT_PORT}; 0: any)", "P", default=DEFAULT_PORT, type=between(0, 65535, whole=True)
-    )
-    rate_hz: float = option(
-        f"pictures a second of run time (default: {DEFAULT_RATE_HZ:g})",
-        "R",
-        default=DEFAULT_RATE_HZ,
-        type=between(0.1, 200, "Hz"),
-    )
-
-    @property
-    def for_rerun(self) -> bool:
-        """Whether the file to save is one of Rerun's."""
-        return self.save is not None and self.save.suffix == RERUN_SUFFIX
-
-
-@request("view.bridge:bridge")
-class BridgeRequest:
-    """``bigant bridge``: a live run or a log as ROS 2 topics.
-
-    Publishes what the log holds under its own names and types: joint states and commands, a wrench a foot
-    (measured and predicted), odometry, truth, transforms and diagnostics, frames after REP-105, units and
-    axes after REP-103. Needs a shell in which ROS 2 is set up. A run is followed by reading its log, so it
-    cannot be commanded or disturbed from ROS. See docs/ros2.md.
-    """
-
-    path: Path | None = _log_shown()
-    live: bool = flag("follow a running bigant drive")
-    speed: float = _speed_shown()
-    prefix: str = option("put all topics but /tf and /clock below it", "NAME", default="")
 
 
 @request("bringup.preflight.doctor:examine")

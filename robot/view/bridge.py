@@ -18,7 +18,7 @@ from record.log.follow import LogFollower
 from record.log.reader import LogContents, TopicMessage, read_messages
 from robot.console.exit_codes import ExitCode
 from robot.console.program_output import complain
-from robot.requests.single import BridgeRequest
+from robot.requests.recorded import BridgeRequest
 from robot.view.log_source import be_nice, followed, log_path, paced
 
 QUEUE = 10

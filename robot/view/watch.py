@@ -20,7 +20,7 @@ from robot.console.installed import how_to_install
 from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
 from robot.control.effect_uses import true_forces_of_log, with_true_forces
-from robot.requests.single import RERUN_SUFFIX, ViewRequest
+from robot.requests.recorded import RERUN_SUFFIX, ViewRequest
 from robot.view.log_source import POLL_NS, be_nice, followed, log_path, paced
 from robot.view.screen import open_view
 from robot.view.viewer import Viewer

@@ -1,16 +1,17 @@
 """A small walker for the estimator's tests, and a world that behaves exactly as the filter believes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from model.estimator.filter import Estimator
-from model.estimator.neighbourhood import neighbourhood
+from model.estimator.neighbourhood import Neighbourhood, neighbourhood
 from model.estimator.process import walking
 from model.estimator.settings import EstimatorSettings, record_of
 from model.estimator.tolerance_kernel import OTHERS, tolerance_kernel
+from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray
-from model.values.estimate import FIXED, SCALE, VELOCITY, OdometryInputs
+from model.values.estimate import FIXED, SCALE, VELOCITY, Estimate, EstimatorState, OdometryInputs
 from model.values.legs import FootForces, FootMotion
 from model.values.parameters import ContactParameters
 
@@ -20,6 +21,7 @@ PLACES = np.array([
     [-0.2, 0.25], [0.0, 0.27], [0.2, 0.25], [-0.2, -0.25], [0.0, -0.27], [0.2, -0.25],
 ])  # fmt: skip
 CERTAIN = np.zeros((FIXED + 12, FIXED + 12))  # a covariance of what nobody doubts
+SETTINGS = EstimatorSettings()
 CONTACT = ContactParameters(np.full(6, 2500.0), np.full(6, 0.6), np.zeros((6, 2)))
 
 
@@ -121,3 +123,29 @@ def simulate(
         heard = FootForces(t_ns, WEIGHT_N * share, np.full(6, forces))
         made.append(OdometryInputs(t_ns, feet, heard if forces else None))
     return World(tuple(made), np.array(poses), np.array(velocities), truth[SCALE:])
+
+
+def run(
+    inputs: list[OdometryInputs],
+    settings: EstimatorSettings = SETTINGS,
+    contact: ContactParameters = CONTACT,
+) -> tuple[list[EstimatorState], list[Estimate]]:
+    """Step the estimator through inputs; return its states and estimates."""
+    estimator = Estimator(contact, WEIGHT_N, settings)
+    state = estimator.initial()
+    states, said = [], []
+    for known in inputs:
+        state, estimate = estimator.step(state, known)
+        states.append(state)
+        said.append(estimate)
+    return states, said
+
+
+def solved(
+    mean: FloatArray, feet: FootMotion, law: FrictionLaw = FrictionLaw.COULOMB
+) -> Neighbourhood:
+    """Return the model's answer with its derivatives, forces without the ansatz."""
+    settings = replace(SETTINGS, law=law, rest_speed=0.0)
+    answer = neighbourhood(mean, feet, CONTACT, record_of(settings, WEIGHT_N))
+    assert answer is not None
+    return answer

@@ -22,7 +22,7 @@ from robot.odometry.metrics import path_length
 from robot.odometry.track import TrackedLog, track_log
 from robot.replay.ticks import replay_log
 from robot.report.ground_truth import true_pose
-from robot.requests.single import OdomRequest
+from robot.requests.recorded import OdomRequest
 from robot.view.numbers import numbers_of
 from robot.view.scene import legs_of
 from robot.view.screen import screen_lines

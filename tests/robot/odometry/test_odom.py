@@ -31,7 +31,7 @@ from robot.odometry.metrics import in_band, nees, relative_error
 from robot.odometry.table import as_json, table
 from robot.odometry.track import START_SD, TrackedLog, track, track_log
 from robot.odometry.tune import read_walk, tune, whiteness
-from robot.requests.single import OdomRequest
+from robot.requests.recorded import OdomRequest
 
 CONFIG = load_robot()
 HEAVY = "[effects.payload.all]\nmass_kg = 1.0\nx_m = 0.1\n"

@@ -7,15 +7,14 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.patches import Ellipse
 from scipy.stats import chi2
 
+from benchmarks.odometry_bars import without_encoder
 from model.estimator.sources import GYRO, TILT
-from model.values.arrays import BoolArray, FloatArray
 from model.values.estimate import Health
 from model.values.readings import PoseRecord
 from record.log.reader import StampedTick, read_stamped_ticks
@@ -32,6 +31,18 @@ from robot.odometry.page import odometry_page, verdict_of
 from robot.odometry.sources import SourceFit, rejected_of, sources_of
 from robot.odometry.table import as_json, table
 from robot.odometry.track import TrackedLog, track, track_log
+from tests.robot.odometry.poorer_logs import (
+    MIDDLE,
+    gaps,
+    half_headings,
+    late,
+    no_forces,
+    no_phase,
+    no_truth,
+    one_pose,
+    places_only,
+    standing_truth,
+)
 
 CONFIG = load_robot()
 TITLES = (
@@ -40,7 +51,6 @@ TITLES = (
     "Did the sensors agree with the filter?", "What was rejected, and why", "Foot forces",
     "Friction and stiffness of each leg", "What the words mean",
 )  # fmt: skip
-MIDDLE = 900  # a tick within the walking
 DEAD, KICKED = (2.0, 3.0), (3.5, 3.7)  # seconds of walking
 
 
@@ -67,9 +77,7 @@ def hurt(item: StampedTick, walking_s: float) -> StampedTick:
     """A tick whose ML encoder is silent for a second, and whose HR sensor shows 60 N for a moment."""
     tick = item.tick
     if DEAD[0] <= walking_s < DEAD[1]:
-        angle, rate = tick.joints.angle_rad.copy(), tick.joints.rate_rad_s.copy()
-        angle[1] = rate[1] = np.nan
-        tick = replace(tick, joints=replace(tick.joints, angle_rad=angle, rate_rad_s=rate))
+        tick = without_encoder(item, 1).tick
     if KICKED[0] <= walking_s < KICKED[1]:
         force = tick.forces.force_n.copy()
         force[3] += 60.0
@@ -139,10 +147,6 @@ def test_reasons_and_rejections_are_on_the_page_with_their_times(
     assert "% of the time" in verdict
 
 
-def nothing(log: Recording) -> FloatArray:
-    return np.full(len(log.t_s), np.nan)
-
-
 def posed(item: StampedTick, number: int, astray: int) -> StampedTick:
     """A tick that comes with its true pose, if it is a tenth; that of one tick is 5 m off."""
     tick, truth = item.tick, item.tick.inputs.truth
@@ -181,62 +185,6 @@ def test_rejections_of_gyro_and_tilt_are_named(found: OdometryComparison) -> Non
     gyro, pitch = rejected_of(run, found.names, CONFIG.estimator.settings)
     assert (gyro.place, gyro.count, len(gyro.periods)) == ("gyro", 3, 2)
     assert (pitch.place, pitch.count) == ("tilt pitch", 1)
-
-
-def turned_off(log: Recording, known: BoolArray, *names: str) -> Recording:
-    """A log whose truth is known in some ticks only."""
-    some: dict[str, Any] = {}
-    for name in names:
-        some[name] = getattr(log, name).copy()
-        some[name][~known] = np.nan
-    return replace(log, **some)
-
-
-TRUTH = ("truth_position_W", "truth_quaternion_xyzw", "truth_velocity_B", "truth_force_n")
-HEADING = TRUTH[1:3]
-
-
-def places_only(log: Recording) -> Recording:
-    return turned_off(log, np.zeros(len(log.t_s), bool), *HEADING)
-
-
-def gaps(log: Recording) -> Recording:
-    return turned_off(log, np.arange(len(log.t_s)) // 100 % 3 != 1, *TRUTH)
-
-
-def late(log: Recording) -> Recording:
-    return turned_off(log, np.arange(len(log.t_s)) >= MIDDLE, *TRUTH)
-
-
-def half_headings(log: Recording) -> Recording:
-    return turned_off(log, np.arange(len(log.t_s)) < MIDDLE, *HEADING)
-
-
-def one_pose(log: Recording) -> Recording:
-    return turned_off(log, np.arange(len(log.t_s)) == MIDDLE, *TRUTH)
-
-
-def no_truth(log: Recording) -> Recording:
-    return turned_off(log, np.zeros(len(log.t_s), bool), *TRUTH)
-
-
-def no_forces(log: Recording) -> Recording:
-    return replace(log, force_n=np.full_like(log.force_n, np.nan),
-                   truth_force_n=np.full_like(log.truth_force_n, np.nan))  # fmt: skip
-
-
-def standing_truth(log: Recording) -> Recording:
-    ticks = len(log.t_s)
-    return replace(
-        log,
-        truth_position_W=np.repeat(log.truth_position_W[:1], ticks, axis=0),
-        truth_quaternion_xyzw=np.repeat(log.truth_quaternion_xyzw[:1], ticks, axis=0),
-        truth_velocity_B=np.zeros_like(log.truth_velocity_B),
-    )
-
-
-def no_phase(log: Recording) -> Recording:
-    return replace(log, gait_phase=nothing(log))
 
 
 @pytest.mark.parametrize(
