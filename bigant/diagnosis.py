@@ -14,7 +14,7 @@ from record.whole_file import write_text
 from robot.console.json_output import json_text
 from robot.gap_report.diagnose import diagnosis_of, diagnosis_result, simulator_of
 from robot.gap_report.summary import summary_lines
-from robot.gap_report.trials import Runs, check_same_machine, read_trials
+from robot.gap_report.trials import Runs, check_same_machine, read_trials, runs_of
 from robot.gap_report.words import machine_words
 from robot.requests.gap import GapDiagnoseRequest
 
@@ -126,9 +126,7 @@ def diagnose(
     )
     check_same_machine(everything, files)
     count = len(own)
-    read = Runs(
-        tuple(everything[:count]), tuple(everything[count:]), None if robot is None else Path(robot)
-    )
+    read = runs_of(everything[:count], everything[count:], None if robot is None else Path(robot))
     request = GapDiagnoseRequest(
         trials=files[:count],
         reference=files[count:],

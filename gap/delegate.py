@@ -2,9 +2,18 @@
 
 from collections.abc import Sequence
 
-from gap.interfaces import Cause, DataFault, Drive, Observation, Simulator, check_causes
+from gap.interfaces import (
+    Cause,
+    DataFault,
+    Drive,
+    Effect,
+    Observation,
+    Simulator,
+    check_causes,
+)
 from model.errors import GapError
 from model.values.arrays import FloatArray
+from record.trial.header import TrialHeader
 from record.trial.trial import Trial
 
 
@@ -13,7 +22,8 @@ class Delegate:
 
     def __init__(self, inner: Simulator) -> None:
         self.inner = inner
-        self.name, self.stages, self.joints = inner.name, inner.stages, inner.joints
+        self.name, self.stages = inner.name, inner.stages
+        self.joints, self.bodies = inner.joints, inner.bodies
         self.effects, self.channels = inner.effects, inner.channels
 
     def observe(self, trial: Trial) -> Observation:
@@ -34,28 +44,70 @@ class Delegate:
         return self.inner
 
 
-class TwoMachines(Delegate):
-    """One robot file for the trials, whose catalogue and channels are the pair's, another for references.
+MachineKey = tuple[str, object, str]
 
-    References are runs of the robot before it changed: their simulator is that of the file recorded with
-    them, also where the trials are compared with a corrected one.
+
+def machine_key(header: TrialHeader) -> MachineKey:
+    """Return what a trial says of its machine: trials that agree in it have one simulator."""
+    return (header.robot_text, header.constants, header.drive)
+
+
+class MachineOfEach(Delegate):
+    """Trials of machines that differ in their files only: each trial is simulated with its own.
+
+    The catalogue holds the effects that all of them have, so that a cause can be of all of them.
+
+    Args:
+        machines: What each trial says of its machine (``machine_key``), what it is called in messages, and
+            its simulator; the first one answers for trials of none of them.
 
     Raises:
-        GapError: The two have different legs.
+        GapError: Two of them differ in what they may not: joints, bodies, stages or channels.
     """
 
-    def __init__(self, own: Simulator, other: Simulator, references: tuple[Trial, ...]) -> None:
-        super().__init__(own)
-        self._other, self._references = other, references
-        if own.joints != other.joints:
-            raise GapError(
-                f"the robot file has legs {', '.join(own.joints)}, that of the references "
-                f"{', '.join(other.joints)}; give one of the same legs"
-            )
+    def __init__(self, machines: Sequence[tuple[MachineKey, str, Simulator]]) -> None:
+        first_name, first = machines[0][1:]
+        super().__init__(first)
+        for _, name, other in machines[1:]:
+            _refuse_different(first_name, first, name, other)
+        own = [{effect.name: effect for effect in one.effects} for _, _, one in machines]
+        self.effects = tuple(
+            effect
+            for effect in first.effects
+            if all(_same_numbers(effect, known.get(effect.name)) for known in own)
+        )
+        self._of = {key: one for key, _, one in machines}
 
     def of(self, trial: Trial) -> Simulator:
-        """Return the simulator of a trial or of a reference."""
-        return self._other if any(trial is one for one in self._references) else self.inner
+        """Return the simulator of a trial's own machine."""
+        return self._of.get(machine_key(trial.header), self.inner)
+
+
+def _refuse_different(first: str, one: Simulator, name: str, other: Simulator) -> None:
+    for what, ours, theirs in (
+        ("joints", one.joints, other.joints),
+        ("bodies", one.bodies, other.bodies),
+        ("stages", one.stages, other.stages),
+        ("channels", _channel_words(one), _channel_words(other)),
+    ):
+        if ours == theirs:
+            continue
+        apart = [part for part in (*ours, *theirs) if (part in ours) != (part in theirs)]
+        words = f"differ in {', '.join(apart)}" if apart else "have them in another order"
+        raise GapError(
+            f"{what} may not differ between the machines of one diagnosis: {first} and {name} {words}; "
+            "diagnose their runs apart, or mend the file"
+        )
+
+
+def _channel_words(simulator: Simulator) -> tuple[str, ...]:
+    return tuple(f"{c.name} {c.joint} [{c.unit}]".replace("  ", " ") for c in simulator.channels)
+
+
+def _same_numbers(one: Effect, other: Effect | None) -> bool:
+    return other is not None and [p.name for p in one.parameters] == [
+        p.name for p in other.parameters
+    ]
 
 
 class Without(Delegate):

@@ -1,8 +1,8 @@
 """What a simulator, its catalogue of effects and the engine of the diagnosis know of each other.
 
 The engine (detection, selection, probabilities, report) sees a machine only through ``Simulator``;
-BigANT's chain, the servo bench and the sliding body are simulators. Names of stages and effects are
-those that reports print.
+BigANT's chain, the servo bench and the sliding body are simulators, and so is a lab's own
+(``gap.machine_kinds`` says how it gets in). Names of stages and effects are those that reports print.
 """
 
 import math
@@ -129,6 +129,10 @@ class Simulator(Protocol):
     @property
     def joints(self) -> tuple[str, ...]:
         """Names of joints or legs."""
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the rigid bodies that effects can touch one of; empty if there are none."""
 
     @property
     def effects(self) -> tuple[Effect, ...]:

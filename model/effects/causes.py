@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from model.errors import GapError
@@ -49,6 +49,8 @@ class Effect:
         physics: One sentence: what happens in the world.
         remedy: One sentence: what a person would check or change.
         parts: Names of what it touches one of; empty for the joints of its machine.
+        each: Joints that have numbers of their own in an effect of all of them at once
+            (``at_every_joint``), in the order of its parameters; empty for any other.
     """
 
     name: str
@@ -58,10 +60,38 @@ class Effect:
     physics: str
     remedy: str
     parts: tuple[str, ...] = field(default=(), kw_only=True)
+    each: tuple[str, ...] = field(default=(), kw_only=True)
 
     def named(self, values: Sequence[float]) -> dict[str, float]:
         """Return values, one a parameter, by the names of their parameters."""
         return dict(zip((p.name for p in self.parameters), values, strict=True))
+
+    def by_joint(self, values: Sequence[float]) -> dict[str, tuple[float, ...]]:
+        """Return the values of an effect of all joints at once, those of each joint by its name."""
+        size = len(self.parameters) // max(len(self.each), 1)
+        return {
+            joint: tuple(values[size * at : size * (at + 1)]) for at, joint in enumerate(self.each)
+        }
+
+
+EVERY_JOINT = "_at_every_joint"
+
+
+def at_every_joint(effect: Effect, joints: Sequence[str]) -> Effect:
+    """Return an effect of single joints as one of all joints at once, with numbers of its own at each.
+
+    It is a candidate as any other, so that what all joints lack is named once and not joint by joint.
+    """
+    parameters = tuple(
+        replace(p, name=f"{p.name}@{joint}") for joint in joints for p in effect.parameters
+    )
+    return replace(
+        effect,
+        name=effect.name + EVERY_JOINT,
+        parameters=parameters,
+        scopes=(Scope.ALL,),
+        each=tuple(joints),
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +106,14 @@ class Cause:
     effect: str
     joints: tuple[str, ...]
     values: tuple[float, ...]
+
+
+def joint_by_joint(cause: Cause, effect: Effect) -> tuple[Cause, ...]:
+    """Return a cause at every joint as causes at single ones; any other as it is."""
+    if not effect.each:
+        return (cause,)
+    name = effect.name.removesuffix(EVERY_JOINT)
+    return tuple(Cause(name, (j,), own) for j, own in effect.by_joint(cause.values).items())
 
 
 def check_cause(

@@ -22,7 +22,8 @@ from model.values.readings import BodyTruth, ImuRecord
 from model.values.tick import DeadReckoning, Inputs, Intent, LoopTiming, Mode, Request, Tick
 from record.log.header import IMPORTED, RunHeader
 from record.log.writer import LogWriter
-from record.trial.header import LEGGED, header_text
+from record.trial.header import LEGGED
+from record.trial.header_file import header_text
 from record.trial.trial import Trial
 from record.whole_file import whole_file
 

@@ -31,7 +31,8 @@ from model.values.machine_names import MachineNames
 from record.trial.body_pose import ORIENTATIONS, BodyColumns, BodyFrame, read_body
 from record.trial.clock_alignment import FileClock, read_clock
 from record.trial.cut import Cut, read_cut
-from record.trial.header import TrialHeader, errors_of, parse_header, parse_toml, read_text
+from record.trial.header import TrialHeader
+from record.trial.header_file import errors_of, parse_header, parse_toml, read_text
 from record.trial.imu_tilt import IMU_QUATERNION
 from record.trial.ros_bag import BagMap, read_bag_map
 from record.trial.table_check import TableFinding

@@ -1,29 +1,26 @@
-"""The text beside a trial's table: gait, rates, noise, and which machine it was."""
+"""What a trial says beside its samples: gait, conditions, rates, noise, and which machine it was."""
 
 import math
 import re
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from model.errors import ConfigError, RecordError
-from model.parameters import toml_table
+from model.errors import RecordError
 from model.parameters.tables import CHAIN
-from model.parameters.toml_table import Table
 from model.values.machine_names import MachineNames
-from record.chain_file import complete
-from record.input_file import read_utf8
-from record.toml_file import toml_text
-from record.whole_file import write_text
 
-LEGGED, SERVO_BENCH, SLIDING_BODY = "legged", "servo_bench", "sliding_body"
-KINDS = (LEGGED, SERVO_BENCH, SLIDING_BODY)
+LEGGED, SERVO_BENCH, SLIDING_BODY, MJCF = "legged", "servo_bench", "sliding_body", "mjcf"
+# Machine's files that are no TOML of ours, by their suffix.
+KIND_OF_SUFFIX = {".xml": MJCF, ".urdf": MJCF}
 _JOINT_OF_COLUMN = re.compile(
     r"(?:command_(.+)_rad|shaft_(.+?)_rad(?:_s)?|current_(.+)_a|voltage_(.+)_v|temperature_(.+)_c"
     r"|pwm_(.+)|torque_(.+)_nm|(?:foot_(.+)_[xyz]_m)|(?:force_(.+)_[xyz]_n))"
 )
+_LEG_OF_COLUMN = re.compile(r"foot_(.+)_[xyz]_m|force_(.+)_[xyz]_n")
+_KIND = re.compile(r"[a-z]\w*")
+Condition = str | float
 # Names of joints stand in the names of columns and topics.
 _JOINT_NAME = re.compile(r"\w[\w.-]*")
 
@@ -52,7 +49,7 @@ class TrialHeader:
     """Everything of a trial that is no sample.
 
     Attributes:
-        kind: ``legged``, ``servo_bench`` or ``sliding_body``.
+        kind: Kind of machine, ``legged`` or the name of another one of ``gap.machine_kinds``.
         joints: Names of joints, in the order of the machine's file.
         gait: Name of the gait, as in the robot file; empty where there is none.
         frequency_hz: Cycles a second; NaN if not known.
@@ -61,8 +58,15 @@ class TrialHeader:
         noise: Noise of the sensors.
         robot_file: Name of the machine's file, relative to the trial; empty if there is none.
         robot_text: What it says.
-        legs: Names of legs that have several joints; empty where they are called as their joints.
+        legs: Names of legs that are apart from the joints; empty where a legged robot's are called as its
+            joints, and for a machine without legs.
         derived: What was not measured but worked out from other columns, in words.
+        conditions: Under which the run was made, such as ``("trajectory", "lift_and_drop")``: a table of
+            the user's own.
+        constants: Numbers of the log that are no samples, such as the gain of each joint: name and values,
+            one a joint in their order, or one.
+        drive: The table [drive] as TOML: how the joints are driven, for machines whose file does not say.
+        folder: Where the trial's file lies, so that the machine's can be opened; empty for one in memory.
     """
 
     kind: str
@@ -76,116 +80,41 @@ class TrialHeader:
     robot_text: str = ""
     legs: tuple[str, ...] = ()
     derived: tuple[str, ...] = ()
+    conditions: tuple[tuple[str, Condition], ...] = ()
+    constants: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    drive: str = ""
+    folder: str = field(default="", compare=False, repr=False)
 
     @property
     def names(self) -> MachineNames:
         """Names of joints and legs."""
-        return MachineNames(self.joints, self.legs or self.joints)
+        called_as_joints = self.kind == LEGGED and not self.legs
+        return MachineNames(self.joints, self.joints if called_as_joints else self.legs)
 
+    def condition(self, key: str) -> Condition | None:
+        """Return a condition of the run, its gait and frequency among them; None if it is not known."""
+        known: dict[str, Condition] = dict(self.conditions)
+        if self.gait:
+            known["gait"] = self.gait
+        if not math.isnan(self.frequency_hz):
+            known["frequency_hz"] = self.frequency_hz
+        return known.get(key)
 
-def read_header(path: Path, columns: tuple[str, ...]) -> TrialHeader:
-    """Read NAME.toml and the machine's file that it names.
+    def constant(self, name: str) -> tuple[float, ...]:
+        """Return a constant of the log, one value a joint; empty if there is none.
 
-    Args:
-        path: NAME.toml.
-        columns: Columns of the table; they name the joints where no machine's file does.
-
-    Raises:
-        RecordError: It cannot be read, a key is not known, or a value is of the wrong kind.
-    """
-    text = read_text(path)
-    return parse_header(parse_toml(text, path), path, columns)
-
-
-def parse_toml(text: str, path: Path) -> Mapping[str, Any]:
-    """Parse TOML.
-
-    Raises:
-        RecordError: It is none.
-    """
-    try:
-        return toml_table.parse_toml(text, str(path))
-    except ConfigError as error:
-        raise RecordError(f"{path} {error.reason}") from error
-
-
-def read_text(path: Path) -> str:
-    """Return a file's text.
-
-    Raises:
-        RecordError: It cannot be read, or is no text.
-    """
-    try:
-        return read_utf8(path)
-    except OSError as error:
-        raise RecordError(f"{path} cannot be read: {error.strerror}") from error
-
-
-def parse_header(
-    data: Mapping[str, Any], path: Path, columns: tuple[str, ...], machine: str | None = None
-) -> TrialHeader:
-    """Make a header of the tables [trial] and [noise].
-
-    Args:
-        data: The parsed TOML.
-        path: Where it was; for messages, and to find the machine's file.
-        columns: Columns of the table.
-        machine: The machine's file; read from the disk without it.
-
-    Raises:
-        RecordError: A key is not known, or a value is of the wrong kind.
-    """
-    with errors_of(path):
-        top = Table(data)
-        trial, noise = top.maybe_table("trial"), top.maybe_table("noise")
-        robot_file, gait, notes = (trial.maybe_text(key) for key in ("robot", "gait", "notes"))
-        legs = trial.texts("legs") if trial.has("legs") else None
-        frequency_hz = trial.maybe_number("frequency_hz")
-        sample_rate_hz = trial.maybe_number("sample_rate_hz")
-        derived = trial.texts("derived") if trial.has("derived") else ()
-        sensors = [noise.maybe_number(field.name) for field in fields(TrialNoise)]
-        for table in (trial, noise, top):
-            table.done()
-    if machine is None:
-        machine = read_machine(path.parent / robot_file) if robot_file else ""
-    robot = parse_toml(machine, path.parent / robot_file)
-    return TrialHeader(
-        kind=kind_of(robot, path.parent / robot_file),
-        joints=check_joints(legs if legs is not None else joints_of(robot, columns), path),
-        gait=gait,
-        frequency_hz=frequency_hz,
-        sample_rate_hz=sample_rate_hz,
-        notes=notes,
-        noise=TrialNoise(*sensors),
-        derived=derived,
-        robot_file=robot_file,
-        robot_text=machine,
-        legs=legs_of(robot),
-    )
-
-
-def read_machine(path: Path) -> str:
-    """Return the text of a machine's file, with the numbers of its legs where another file has them.
-
-    Raises:
-        RecordError: It cannot be read, or the file of its legs cannot be used.
-    """
-    text = read_text(path)
-    with errors_of(path):
-        return complete(text, path.parent)
-
-
-@contextmanager
-def errors_of(path: Path) -> Iterator[None]:
-    """Turn a mistake in a key into the error of a file that was measured, which names the file.
-
-    Raises:
-        RecordError: A key has a value of the wrong kind, or is not known.
-    """
-    try:
-        yield
-    except ConfigError as error:
-        raise RecordError(f"{path}: {error}") from error
+        Raises:
+            RecordError: It has neither one value nor one a joint.
+        """
+        values = dict(self.constants).get(name, ())
+        if len(values) == 1:
+            return values * len(self.joints)
+        if values and len(values) != len(self.joints):
+            raise RecordError(
+                f"constants.{name} has {len(values)} values for {len(self.joints)} joints; give one, or "
+                "one a joint"
+            )
+        return values
 
 
 def check_joints(joints: tuple[str, ...], path: Path) -> tuple[str, ...]:
@@ -208,12 +137,14 @@ def kind_of(robot: Mapping[str, Any], path: Path) -> str:
     """Return the kind of machine that its file says; a hexapod's says none.
 
     Raises:
-        RecordError: There is no such kind.
+        RecordError: It is no name. Whether there is such a kind is known where it is diagnosed.
     """
     kind = robot.get("kind", LEGGED)
-    if kind not in KINDS:
-        raise RecordError(f"{path}: kind must be one of {', '.join(KINDS)}, not {kind!r}")
-    return str(kind)
+    if not isinstance(kind, str) or not _KIND.fullmatch(kind):
+        raise RecordError(
+            f"{path}: kind must be the name of a kind of machine, such as {SERVO_BENCH}, not {kind!r}"
+        )
+    return kind
 
 
 def joints_of(robot: Mapping[str, Any], columns: tuple[str, ...]) -> tuple[str, ...]:
@@ -247,61 +178,7 @@ def _chain_of(robot: Mapping[str, Any]) -> Mapping[str, Any]:
     return chain if isinstance(chain, Mapping) and isinstance(chain.get("joints"), list) else {}
 
 
-def write_header(header: TrialHeader, path: Path) -> None:
-    """Write NAME.toml, and the machine's file if it is not there yet.
-
-    Raises:
-        RecordError: It contradicts itself, a file cannot be written, or another machine's file of that name
-            is there.
-    """
-    _check_header(header, path)
-    if header.robot_file:
-        machine = path.parent / header.robot_file
-        if not machine.exists():
-            write_text(machine, header.robot_text)
-        elif header.robot_text not in {read_text(machine), read_machine(machine)}:
-            raise RecordError(
-                f"{machine} is another machine's file than this trial's; write to another folder"
-            )
-    write_text(path, header_text(header))
-
-
-def _check_header(header: TrialHeader, path: Path) -> None:
-    """Refuse what would not read back as it is."""
-    check_joints(header.joints, path)
-    machine = path.parent / header.robot_file
-    if header.robot_text and not header.robot_file:
-        raise RecordError(f"{path}: the machine's text needs a name for its file (robot_file)")
-    if header.robot_file and machine.resolve() == path.resolve():
-        raise RecordError(
-            f"{path} would be the machine's file too; choose another name for the trial"
-        )
-    kind = kind_of(parse_toml(header.robot_text, machine), machine)
-    if kind != header.kind:
-        raise RecordError(
-            f"{path}: the trial is of a {header.kind}, but its machine's file says {kind}; a trial's kind "
-            "is that of its machine's file"
-        )
-
-
-def header_text(header: TrialHeader) -> str:
-    """Return a header as TOML; what is not known is left out."""
-    named = joints_of(toml_table.parse_toml(header.robot_text, header.robot_file), ())
-    trial = {
-        "robot": header.robot_file or None,
-        "legs": None if header.joints == named else header.joints,
-        "gait": header.gait,
-        "frequency_hz": header.frequency_hz,
-        "sample_rate_hz": header.sample_rate_hz,
-        "notes": header.notes,
-        "derived": list(header.derived) or None,
-    }
-    return toml_text({"trial": _known(trial), "noise": _known(asdict(header.noise)) or None})
-
-
-def _known(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Leave out numbers that are not known; whole ones are written as 1.0, not 1."""
-    numbers = {key: float(value) for key, value in values.items() if isinstance(value, int | float)}
-    return {
-        key: numbers.get(key, v) for key, v in values.items() if not math.isnan(numbers.get(key, 0))
-    }
+def legs_named(columns: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the legs that columns name, of a machine whose file names none."""
+    matches = (_LEG_OF_COLUMN.fullmatch(name) for name in columns)
+    return tuple(dict.fromkeys(next(g for g in one.groups() if g) for one in matches if one))

@@ -17,7 +17,8 @@ from model.values.arrays import BoolArray, FloatArray, IntArray
 from record.trial.body_pose import ORIENTATIONS, posed
 from record.trial.column_map import ColumnMap, Source, complete_sources, summed
 from record.trial.derive import with_speeds
-from record.trial.header import LEGGED, TrialHeader, joints_of, read_header
+from record.trial.header import LEGGED, TrialHeader, joints_of
+from record.trial.header_file import read_header
 from record.trial.imu_tilt import IMU_QUATERNION, levelled
 from record.trial.raw_check import raw_findings
 from record.trial.source_tables import SourceTable, open_tables

@@ -14,7 +14,8 @@ import numpy as np
 from model.errors import RecordError
 from model.values.arrays import BoolArray, FloatArray, readonly
 from model.values.machine_names import MachineNames
-from record.trial.header import TrialHeader, read_header, write_header
+from record.trial.header import TrialHeader
+from record.trial.header_file import read_header, write_header
 from record.trial.table_file import (
     SUFFIXES,
     DataTable,
@@ -94,7 +95,7 @@ class Trial:
 
     @property
     def legs(self) -> tuple[str, ...]:
-        """Names of the legs, N of them; those of the joints where each leg has one."""
+        """Names of the legs, N of them; those of the joints where each leg has one; none without legs."""
         return self.header.names.legs
 
     def columns(self) -> tuple[TableColumn, ...]:
@@ -130,7 +131,7 @@ class Trial:
         each = {
             field: readonly(getattr(self, field)[:, at])
             for field, column in COLUMNS.items()
-            if "{joint}" in column or ("{leg}" in column and not self.header.legs)
+            if "{joint}" in column or ("{leg}" in column and self.header.names.one_joint_a_leg)
         }
         return replace(self, header=replace(self.header, joints=names), **each)
 

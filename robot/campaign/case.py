@@ -19,7 +19,7 @@ from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
 from model.errors import RecordError
 from record.json_text import parse_json, read_json
-from record.trial.header import read_text
+from record.trial.header_file import read_text
 from record.whole_file import write_text
 from robot.console.json_output import json_text
 from robot.gap_report.trials import Runs, read_runs

@@ -10,7 +10,7 @@ from gap.check.methods import methods
 from gap.check.score import confusions, figures
 from gap.worker_pool import worker_pool
 from model.errors import ConfigError, GapError, RecordError
-from record.trial.header import read_text
+from record.trial.header_file import read_text
 from record.whole_file import write_text
 from robot.campaign.case import (
     CaseFiles,

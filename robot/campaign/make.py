@@ -10,7 +10,7 @@ from pathlib import Path
 
 from gap.worker_pool import worker_pool
 from model.errors import ConfigError, RecordError
-from record.trial.header import read_text
+from record.trial.header_file import read_text
 from record.whole_file import write_text, writing
 from robot.campaign.plan import CampaignScenario, draw_cases, read_scenario
 from robot.campaign.run import campaign_jobs, drop_cases, level_stamps, run_jobs

@@ -16,7 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from model.errors import BigantError
-from record.trial.header import header_text
+from record.trial.header_file import header_text
 from record.trial.trial import Trial
 from record.whole_file import whole_file
 from robot.campaign.plan import CampaignScenario, draw_cases, reference_seeds

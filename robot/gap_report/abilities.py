@@ -129,7 +129,7 @@ def machine_simulator(header: TrialHeader) -> Simulator:
     Raises:
         GapError: Its file cannot be used.
     """
-    return simulator_for([build_trial(header, (TableColumn("time_s", np.zeros(0)),))], None)
+    return simulator_for([build_trial(header, (TableColumn("time_s", np.zeros(0)),))])
 
 
 def ability_rows(each: Sequence[Ability]) -> list[tuple[str, str]]:

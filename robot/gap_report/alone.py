@@ -9,7 +9,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
 from robot.console.progress import ProgressBar
 from robot.console.table import Column, table_lines
-from robot.gap_report.trials import read_trials, simulator_for
+from robot.gap_report.trials import read_runs
 from robot.gap_report.words import parameters_of
 from robot.requests.gap import GapAloneRequest
 
@@ -25,8 +25,8 @@ def fit_alone(request: GapAloneRequest) -> ExitCode:
         RecordError: A trial cannot be read.
         GapError: The trials cannot be compared with a simulator, or an effect is not known.
     """
-    trials = read_trials(request.trials, tuple(request.joint))
-    simulator = simulator_for(trials, None)
+    runs = read_runs(request.trials, joints=request.joint)
+    trials, simulator = runs.trials, runs.simulator()
     effects = {effect.name: effect for effect in simulator.effects}
     sets = [tuple(text.split("+")) for text in request.effect] or [(name,) for name in effects]
     with ProgressBar("alone") as bar:

@@ -8,7 +8,7 @@ from typing import Any
 from gap.interfaces import Cause, Effect
 from model.errors import GapError
 from record.json_text import parse_json
-from record.trial.header import read_text
+from record.trial.header_file import read_text
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,8 @@ from robot.console.progress import ProgressBar
 from robot.console.table import Column, table_lines
 from robot.control.effect_uses import USES
 from robot.gap_report.answer import ReadDiagnosis, read_diagnosis
-from robot.gap_report.trials import Runs, read_runs, robot_text
+from robot.gap_report.legged import robot_text
+from robot.gap_report.trials import Runs, read_runs
 from robot.gap_report.words import LEGGED_SIMULATORS, changed_channels
 from robot.requests.gap import GapApplyRequest
 

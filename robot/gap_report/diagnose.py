@@ -17,8 +17,9 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import check_json, give_json, to_stdout
 from robot.console.progress import ProgressBar
 from robot.console.screen_fit import terminal_width
+from robot.gap_report.legged import proposer_of
 from robot.gap_report.summary import summary_lines
-from robot.gap_report.trials import Runs, proposer_of, read_runs
+from robot.gap_report.trials import Runs, read_runs
 from robot.gap_report.words import machine_words
 from robot.requests.gap import MUJOCO, GapDiagnoseRequest
 

@@ -27,7 +27,7 @@ def mujoco_simulator(runs: Runs, only: tuple[str, ...], screen: int, jobs: int) 
         GapError: The robot file cannot be used, or an effect is not the MuJoCo robot's.
     """
     chosen = only or _screened(runs, screen)
-    simulator = runs.of_robot_files(lambda text: twin_simulator(text, chosen))
+    simulator = runs.made_by(lambda own: twin_simulator(own[0].header.robot_text, chosen))
     print(f"MuJoCo: effects tried: {', '.join(chosen)}", file=sys.stderr)
     print(_cost_words(simulator, runs, jobs), file=sys.stderr)
     return simulator

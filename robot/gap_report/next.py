@@ -18,7 +18,8 @@ from robot.console.progress import ProgressBar
 from robot.console.screen_fit import terminal_width, wrapped
 from robot.console.table import Column, table_lines
 from robot.gap_report.answer import ReadDiagnosis, read_diagnosis
-from robot.gap_report.trials import Runs, proposer_of, read_runs, users_effects
+from robot.gap_report.legged import proposer_of, users_effects
+from robot.gap_report.trials import Runs, read_runs
 from robot.gap_report.words import ENOUGH, common_pair, pair_words, parameters_of
 from robot.requests.gap import GapNextRequest
 

@@ -1,86 +1,163 @@
 """Trials for the diagnosis, from trial tables or logs, and the simulator that their machine calls for."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from gaits.catalog import make_gaits
-from gaits.limits import frequency_limit
-from gap.delegate import TwoMachines
-from gap.effect_file import UserEffect, read_effects
 from gap.interfaces import Simulator
-from gap.machines.legged.runs import LeggedProposer
-from gap.machines.legged.simulator import LeggedSimulator
-from gap.machines.servo_bench.simulator import servo_bench
-from gap.machines.sliding_body.simulator import sliding_body
-from model.effects.catalogue import EFFECTS, STAGES
-from model.effects.machine import parse_machine
-from model.errors import ConfigError, GapError
-from model.parameters.tables import parse_table
-from model.values.parameters import ChainParameters
-from record.chain_file import complete
+from gap.machine_kinds import (
+    MachineKind,
+    Make,
+    kind_named,
+    kind_of_file,
+    machine_kinds,
+    simulator_of,
+)
+from model.errors import GapError
 from record.log.export import export_trial
 from record.log.reader import LogContents
-from record.toml_file import reading
-from record.trial.header import LEGGED, SERVO_BENCH
+from record.trial.header import KIND_OF_SUFFIX, LEGGED, TrialHeader, kind_of
+from record.trial.header_file import machine_tables, read_machine
 from record.trial.trial import Trial, read_trial
-from robot.config.gait_file import with_gait
-from robot.config.robot_file import load_robot, parse_robot
-
-NO_GAITS = "gaits and servo limits are those of config/bigant.toml: the runs' robot file has none"
+from robot.gap_report.legged import NO_FILE, robot_text
 
 
 @dataclass(frozen=True, slots=True)
 class Runs:
-    """Runs of one machine: trials to be diagnosed, and healthy references.
+    """Runs of one kind of machine: trials to be diagnosed, and healthy references; see ``runs_of``.
 
-    ``robot`` replaces the robot file recorded with the trials. References are runs of the robot before it
-    changed: they keep the file recorded with them, whatever that of the trials is.
+    Attributes:
+        trials: Each names the machine's file that it is simulated with.
+        references: They keep the file recorded with them, whatever that of the trials is.
+        kind: What kind of machine they are of.
+        robot: File that replaces the one recorded with the trials; None for that one.
+        machine: What ``--machine`` names; empty where the machine's file says the kind.
     """
 
     trials: tuple[Trial, ...]
     references: tuple[Trial, ...]
+    kind: MachineKind
     robot: Path | None = None
+    machine: str = ""
 
     @property
     def robot_text(self) -> str:
-        """Robot file of the trials.
+        """Machine's file of the trials, that of the first where they have several.
 
         Raises:
-            ConfigError: ``robot`` cannot be used.
             GapError: There is none.
         """
-        return _recorded(self.trials) if self.robot is None else robot_text(self.robot)
-
-    def of_robot_files(self, make: Callable[[str], Simulator]) -> Simulator:
-        """Return a simulator made of the trials' robot file, and of the references' own if it differs.
-
-        References that name no robot file have the one recorded with the trials.
-
-        Raises:
-            ConfigError: ``robot`` cannot be used.
-            GapError: There is no robot file, or the two have different legs.
-        """
-        text = self.robot_text
-        own = make(text)
-        if not self.references:
-            return own
-        before = _recorded((*self.references, *self.trials))
-        return own if before == text else TwoMachines(own, make(before), self.references)
+        return _recorded(self.trials)
 
     def simulator(self, effects: Path | None = None) -> Simulator:
-        """Return the simulator of their machine; see ``simulator_for``."""
-        return simulator_for((*self.trials, *self.references), effects, self.robot, self.references)
+        """Return the simulator of their machine, each trial with its own file.
+
+        Args:
+            effects: A file of users' effects.
+
+        Raises:
+            GapError: The machine's file or the file of effects cannot be used.
+        """
+        return simulator_of(with_effects(self.kind, effects), (*self.trials, *self.references))
+
+    def made_by(self, make: Make) -> Simulator:
+        """Return the simulator that a function makes of each machine's file.
+
+        Raises:
+            GapError: A machine's file cannot be used, or two differ in what they may not.
+        """
+        return simulator_of(MachineKind(make), (*self.trials, *self.references))
+
+
+def runs_of(
+    trials: Sequence[Trial],
+    references: Sequence[Trial] = (),
+    robot: Path | None = None,
+    machine: str = "",
+) -> Runs:
+    """Return runs whose machine's files are settled.
+
+    Args:
+        trials: Trials of one machine.
+        references: Healthy runs of it; one that names no machine's file has that of the trials.
+        robot: Machine's file to use for the trials instead of the one recorded with them.
+        machine: ``FILE.py:make``, or an MJCF or URDF that is the machine's file of them all; empty for the
+            kind that the machine's file says.
+
+    Raises:
+        ConfigError: ``robot`` cannot be used.
+        GapError: There is no such kind of machine.
+    """
+    model = Path(machine)
+    if model.suffix in KIND_OF_SUFFIX:
+        trials, references = (
+            tuple(_with_machine(one, model) for one in each) for each in (trials, references)
+        )
+    recorded = next((one.header for one in (*trials, *references) if one.header.robot_text), None)
+    trials, references = (
+        tuple(_with_file_of(one, recorded) for one in each) for each in (trials, references)
+    )
+    if robot is not None:
+        trials = tuple(_with_machine(one, robot) for one in trials)
+    own = bool(machine) and model.suffix not in KIND_OF_SUFFIX
+    kind = kind_of_file(machine) if own else kind_named(trials[0].header.kind)
+    return Runs(tuple(trials), tuple(references), kind, robot, machine)
+
+
+def _with_machine(trial: Trial, path: Path) -> Trial:
+    """The trial with another machine's file."""
+    if path.suffix in KIND_OF_SUFFIX:
+        kind, text = KIND_OF_SUFFIX[path.suffix], read_machine(path)
+    elif trial.header.kind == LEGGED:
+        kind, text = LEGGED, robot_text(path)
+    else:
+        text = read_machine(path)
+        kind = kind_of(machine_tables(text, path), path)
+    header = replace(
+        trial.header, kind=kind, robot_text=text, robot_file=path.name, folder=str(path.parent)
+    )
+    return replace(trial, header=header)
+
+
+def _with_file_of(trial: Trial, header: TrialHeader | None) -> Trial:
+    """The trial with the machine's file of another one where it names none."""
+    if trial.header.robot_text or header is None:
+        return trial
+    own = replace(
+        trial.header,
+        robot_text=header.robot_text,
+        robot_file=header.robot_file,
+        folder=header.folder,
+    )
+    return replace(trial, header=own)
+
+
+def with_effects(kind: MachineKind, effects: Path | None) -> MachineKind:
+    """Return a kind of machine with the effects of a user's file.
+
+    Raises:
+        GapError: It takes none, or the file cannot be used.
+    """
+    if effects is None:
+        return kind
+    if kind.with_effects is None:
+        raise GapError(
+            f"--effects is for {_taking_effects()}; the trials are of kind {kind.name}: write the effect "
+            "into a machine of your own (--machine FILE.py:make)"
+        )
+    return kind.with_effects(effects)
+
+
+def _taking_effects() -> str:
+    return ", ".join(name for name in machine_kinds() if kind_named(name).with_effects is not None)
 
 
 def _recorded(trials: Sequence[Trial]) -> str:
     """The first robot file that is recorded with trials."""
     text = next((one.header.robot_text for one in trials if one.header.robot_text), "")
     if not text:
-        raise GapError(
-            'the runs name no robot file; add robot = "FILE.toml" to [trial] in the file beside the table'
-        )
+        raise GapError(NO_FILE)
     return text
 
 
@@ -89,15 +166,16 @@ def read_runs(
     references: Sequence[Path] = (),
     robot: Path | None = None,
     joints: Sequence[str] = (),
+    machine: str = "",
 ) -> Runs:
-    """Read trials with their references; see ``read_trials``.
+    """Read trials with their references; see ``read_trials`` and ``runs_of``.
 
     Raises:
         RecordError: A file cannot be read.
         GapError: They are of different machines, or one whose joints cannot be taken apart.
     """
     everything = read_trials((*trials, *references), tuple(joints))
-    return Runs(everything[: len(trials)], everything[len(trials) :], robot)
+    return runs_of(everything[: len(trials)], everything[len(trials) :], robot, machine)
 
 
 def read_trials(paths: Sequence[Path], joints: tuple[str, ...] = ()) -> tuple[Trial, ...]:
@@ -111,9 +189,9 @@ def read_trials(paths: Sequence[Path], joints: tuple[str, ...] = ()) -> tuple[Tr
     """
     trials = tuple(_read(path) for path in paths)
     if joints:
-        if trials[0].header.kind != SERVO_BENCH:
+        if trials[0].header.kind == LEGGED:
             raise GapError(
-                f"--joint is for a servo_bench; the trials are of kind {trials[0].header.kind}"
+                "--joint is for machines whose joints are each a machine of its own; these are legged"
             )
         trials = tuple(trial.only(joints) for trial in trials)
     check_same_machine(trials, paths)
@@ -144,108 +222,14 @@ def _read(path: Path) -> Trial:
         return read_trial(out)
 
 
-def simulator_for(
-    trials: Sequence[Trial],
-    effects: Path | None,
-    robot: Path | None = None,
-    references: Sequence[Trial] = (),
-) -> Simulator:
-    """Return the simulator of the machine that the trials name.
+def simulator_for(trials: Sequence[Trial], effects: Path | None = None) -> Simulator:
+    """Return the simulator of the machine that trials name.
 
     Args:
-        trials: Trials of one machine, the references among them.
-        effects: A file of users' effects; only the legged simulator takes one.
-        robot: Robot file to use for the trials instead of the one recorded with them.
-        references: Those of the trials that keep the robot file recorded with them.
+        trials: Trials of one kind of machine, each with its machine's file.
+        effects: A file of users' effects.
 
     Raises:
         GapError: The machine's file or the file of effects cannot be used.
     """
-    kind = trials[0].header.kind
-    if kind == LEGGED:
-        added = users_effects(effects)
-        runs = Runs(tuple(trials), tuple(references), robot)
-        return runs.of_robot_files(lambda text: LeggedSimulator(parse_machine(text), added))
-    for option, given in (("--effects", effects), ("--robot", robot)):
-        if given is not None:
-            raise GapError(f"{option} is for legged robots; the trials are of kind {kind}")
-    if kind == SERVO_BENCH:
-        return servo_bench(trials)
-    return sliding_body(trials)
-
-
-def users_effects(path: Path | None) -> tuple[UserEffect, ...]:
-    """Read a file of users' effects for legged robots; none without a file.
-
-    Raises:
-        GapError: It cannot be used.
-    """
-    if path is None:
-        return ()
-    return read_effects(path, STAGES, tuple(EFFECTS))
-
-
-def robot_text(path: Path) -> str:
-    """Return the text of a robot file, which need not be complete enough to drive.
-
-    Raises:
-        ConfigError: It cannot be read; or it is a whole robot file, and something in it is wrong.
-    """
-    with reading(path, "the robot file") as own:
-        text = complete(own, path.parent)
-        try:
-            if parse_table(text).has("servo"):
-                parse_robot(text)  # a typing mistake must not pass for a default
-            else:
-                parse_machine(text)
-        except GapError as error:
-            raise ConfigError("machine", str(error)) from error
-        return text
-
-
-def proposer_of(
-    text: str, file: Path | None, gait: str | None = None
-) -> tuple[LeggedProposer, str]:
-    """Return the runs that a robot can make by its file's text, and a note if something was assumed.
-
-    Args:
-        text: The robot file's text.
-        file: What command lines name it; None stands for the default one.
-        gait: A Python file with a gait that is to be proposed as well.
-
-    Raises:
-        ConfigError: The gait cannot be used.
-        GapError: The robot is not driven, or has other legs than the gaits that must stand in for its own.
-    """
-    machine = parse_machine(text)
-    if isinstance(machine.leg, ChainParameters):
-        words = "are not driven from here, so that there is no run to propose"
-        raise GapError(f"legs of several joints {words}; make one of your own and diagnose again")
-    note = ""
-    try:
-        config = parse_robot(text)
-    except ConfigError:
-        config, note = load_robot(), NO_GAITS
-    if not config.parameters.gaits:
-        config, note = load_robot(), NO_GAITS
-    own = config.parameters
-    if own.legs.names != machine.legs.names:
-        raise GapError(
-            f"the robot file of the runs has no gaits, and those of {', '.join(own.legs.names)} do not "
-            "fit its legs; add [gait] and [servo] to it"
-        )
-    names: dict[str, str] = {}
-    if gait is not None:
-        config, name = with_gait(config, gait)
-        own, names = config.parameters, {name: gait}
-    gaits = {one.name: one for one in make_gaits(own)}
-    proposer = LeggedProposer(
-        legs=machine.legs.names,
-        gaits=gaits,
-        limits_hz={name: frequency_limit(one, own.servo) for name, one in gaits.items()},
-        mass_kg=machine.mass_kg,
-        robot_text=text,
-        robot_option="" if file is None else f" --robot {file}",
-        gait_files=names,
-    )
-    return proposer, note
+    return runs_of(trials).simulator(effects)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.delegate import TwoMachines
+from gap.delegate import MachineOfEach, machine_key
 from gap.diagnosis.remeasured import remeasure
 from gap.interfaces import Cause, Drive, Scope
 from gap.machines.legged.simulator import LeggedSimulator
@@ -152,13 +152,20 @@ def test_measured_again_the_gap_is_closed_and_references_keep_their_file() -> No
     assert far.after < 1.3
     assert far.shrink > 0.97
     assert shares[-1] == pytest.approx(1.0)
-    both = TwoMachines(after, simulator(), healthy)
-    for one, file in ((trials[0], after), (healthy[0], simulator())):
+    changed = replace(trials[0], header=replace(trials[0].header, robot_text="changed"))
+    before = machine_key(healthy[0].header)
+    both = MachineOfEach(
+        [(machine_key(changed.header), "new.toml", after), (before, "old.toml", simulator())]
+    )
+    for one, file in ((changed, after), (healthy[0], simulator())):
         expected = file.predict(one, (), Drive.COMMAND)
         assert np.array_equal(both.predict(one, (), Drive.COMMAND), expected, equal_nan=True)
     other = replace(machine(), legs=replace(machine().legs, names=tuple("ABCDEF")))
-    with pytest.raises(GapError, match="of the same legs"):
-        TwoMachines(LeggedSimulator(other), simulator(), healthy)
+    with pytest.raises(GapError, match=r"joints may not differ .*new.toml and old.toml"):
+        MachineOfEach(
+            [(machine_key(changed.header), "new.toml", LeggedSimulator(other)),
+             (before, "old.toml", simulator())]
+        )  # fmt: skip
 
 
 def test_links_of_a_file_that_calls_its_leg_linkage_are_changed_there() -> None:

@@ -12,7 +12,7 @@ from gap.residuals.floor import Floor
 from gap.search.candidates import Candidate
 from record.trial.trial import Trial
 from robot.config.robot_file import load_robot
-from robot.gap_report.trials import proposer_of
+from robot.gap_report.legged import proposer_of
 from tests.gap.walks import cause, simulator, walk
 
 TEXT = load_robot().text

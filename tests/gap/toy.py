@@ -68,6 +68,7 @@ class Toy:
 
     name = "toy"
     stages = ("drive", "press", "move")
+    bodies: tuple[str, ...] = ()
     joints = JOINTS
     channels = CHANNELS
 

@@ -25,6 +25,7 @@ class LeggedSimulator:
 
     name = "legged"
     stages = STAGES
+    bodies = ("body",)
 
     def __init__(self, machine: LeggedMachine, added: tuple[UserEffect, ...] = ()) -> None:
         self.machine = machine

@@ -38,6 +38,7 @@ class ServoBench:
 
     name = "servo_bench"
     stages = STAGES
+    bodies: tuple[str, ...] = ()
 
     def __init__(self, servos: tuple[ServoJoint, ...], torque_known: bool = False) -> None:
         self.servos = servos

@@ -105,6 +105,7 @@ class SlidingBody:
     name = "sliding_body"
     stages = STAGES
     joints: tuple[str, ...] = ()
+    bodies = ("body",)
     effects = CATALOGUE
     channels = CHANNELS
 

@@ -1,5 +1,6 @@
 """Trials and references each keep the robot file that belongs to them, whichever simulator is asked."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from model.effects.machine import parse_machine
 from model.errors import GapError
 from record.trial.trial import Trial
 from robot.config.robot_file import load_robot
-from robot.gap_report.trials import Runs, simulator_for
+from robot.gap_report.trials import runs_of
 from tests.gap.walks import walk
 
 BEFORE = load_robot().text
@@ -52,21 +53,21 @@ def test_references_keep_the_file_recorded_with_them(
     if robot is not None:
         path = tmp_path / "robot.toml"
         path.write_text(robot, encoding="utf-8")
-    runs = Runs((trial,), (reference,), path)
-    one_for_all = simulator_for((trial, reference), None, path, (reference,))
-    for simulator in (runs.simulator(), one_for_all):
-        assert (predicted_by(simulator, trial), predicted_by(simulator, reference)) == used
+    runs = runs_of((trial,), (reference,), path)
+    each, simulator = (*runs.trials, *runs.references), runs.simulator()
+    assert tuple(predicted_by(simulator, one) for one in each) == used
     files: list[str] = []
 
-    def make(text: str) -> Simulator:
+    def make(trials: Sequence[Trial]) -> Simulator:
+        text = trials[0].header.robot_text
         files.append("after" if text == AFTER else "before")
         return LeggedSimulator(parse_machine(text))
 
-    runs.of_robot_files(make)  # as the MuJoCo robot is made
+    runs.made_by(make)  # as the MuJoCo robot is made
     assert tuple(files) == tuple(dict.fromkeys(used))
 
 
 def test_runs_without_any_robot_file_say_what_is_missing() -> None:
-    runs = Runs((recorded_with("", 0),), (recorded_with("", 1),))
+    runs = runs_of((recorded_with("", 0),), (recorded_with("", 1),))
     with pytest.raises(GapError, match=r'add robot = "FILE\.toml"'):
         runs.simulator()
