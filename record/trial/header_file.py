@@ -9,7 +9,7 @@ from typing import Any
 
 from model.errors import ConfigError, RecordError
 from model.parameters import toml_table
-from model.parameters.toml_table import Table
+from model.parameters.toml_table import Table, as_table
 from record.chain_file import complete
 from record.input_file import read_utf8
 from record.toml_file import toml_text
@@ -91,7 +91,8 @@ def parse_header(
         sensors = [noise.maybe_number(field.name) for field in fields(TrialNoise)]
         conditions = _conditions(top.maybe_table("conditions"))
         constants = _constants(top.maybe_table("constants"))
-        drive = toml_text(data["drive"]) if top.has("drive") and top.table("drive").names() else ""
+        # what is in it is for its machine to check
+        drive = _drive(top.raw("drive")) if top.has("drive") else ""
         for table in (trial, noise):
             table.done()
         top.done()
@@ -119,6 +120,10 @@ def parse_header(
         drive=drive,
         folder=str(path.parent.resolve()),
     )
+
+
+def _drive(value: Any) -> str:
+    return toml_text(value) if as_table(value, "drive").names() else ""
 
 
 def _conditions(table: Table) -> tuple[tuple[str, Condition], ...]:

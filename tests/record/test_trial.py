@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
 from model.errors import RecordError
-from model.values.machine_names import one_joint_a_leg
 from record.trial.header import TrialHeader, TrialNoise
 from record.trial.table_file import TableColumn, read_table
 from record.trial.trial import Trial, build_trial, read_trial, trial_places, write_trial
@@ -70,18 +69,27 @@ def trials(draw: st.DrawFn) -> Trial:
         st.from_regex(r"[A-Za-z][A-Za-z0-9_]{0,6}", fullmatch=True), unique=True, max_size=3
     )
     joints = named if draw(st.booleans()) else tuple(draw(others))
+    conditions = st.dictionaries(
+        st.from_regex(r"[a-z_]{1,8}", fullmatch=True),
+        st.text(max_size=5) | st.floats(allow_nan=False),
+        max_size=3,
+    )
     header = TrialHeader(
         kind=kind, joints=joints, gait=draw(st.text(max_size=8)), frequency_hz=draw(figures),
         sample_rate_hz=draw(figures), notes=draw(st.text()),
         noise=TrialNoise(*(draw(figures) for _ in range(5))),
         robot_file="machine.toml" if text else "", robot_text=text,
+        legs=tuple(draw(others)),  # apart from the joints
+        conditions=tuple(draw(conditions).items()),
+        constants=(("kp", tuple(map(float, range(len(joints))))),) if joints else (),
+        drive=draw(st.sampled_from(["", 'kind = "pd"\nlimit = [1, 2.5]\n'])),
     )  # fmt: skip
     count = draw(st.integers(0, 6))
     times = draw(
         st.lists(st.floats(-1e12, 1e12), unique=True, min_size=count, max_size=count).map(sorted)
     )
     columns = [TableColumn("time_s", np.array(times, dtype=np.float64))]
-    places = list(trial_places(one_joint_a_leg(joints)))
+    places = list(trial_places(header.names))
     chosen = draw(st.lists(st.sampled_from(places), unique=True, max_size=8))
     columns += [
         TableColumn(place.column, draw(npst.arrays(np.float64, count, elements=figures)))
@@ -138,6 +146,38 @@ def test_a_hand_written_trial_of_a_sliding_body(tmp_path: Path) -> None:
     assert np.isnan(trial.header.frequency_hz)
 
 
+def test_joints_are_not_legs(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text("time_s,shaft_hip_rad,shaft_knee_rad,force_LF_z_n\n0,1,2,3\n")
+    (tmp_path / "t.toml").write_text('[trial]\nrobot = "dog.xml"\n')
+    (tmp_path / "dog.xml").write_text("<mujoco/>")
+    trial = read_trial(tmp_path / "t.csv")
+    assert trial.header.kind == "mjcf"
+    assert (trial.joints, trial.legs) == (("hip", "knee", "LF"), ("LF",))
+    (tmp_path / "t.toml").write_text(
+        '[trial]\nrobot = "dog.xml"\njoints = ["hip", "knee"]\nlegs = ["LF"]\n'
+        '[conditions]\nfloor = "mat"\npayload_kg = 2\n[constants]\nkp = [20, 30]\nkd = 1.5\n'
+        '[drive]\nkind = "pd"\n'
+    )
+    trial = read_trial(tmp_path / "t.csv")
+    assert (trial.joints, trial.legs) == (("hip", "knee"), ("LF",))
+    assert trial.force_n[0, 0, 2] == 3
+    header = trial.header
+    assert (header.condition("floor"), header.condition("payload_kg")) == ("mat", 2.0)
+    assert header.condition("gait") is None
+    assert (header.constant("kp"), header.constant("kd")) == ((20.0, 30.0), (1.5, 1.5))
+    assert header.drive.strip() == 'kind = "pd"'
+    assert Path(header.folder) == tmp_path
+
+
+def test_a_bench_has_no_legs(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text("time_s,shaft_arm_rad\n0,1\n")
+    (tmp_path / "t.toml").write_text('[trial]\nrobot = "m.toml"\n')
+    (tmp_path / "m.toml").write_text(BENCH)
+    trial = read_trial(tmp_path / "t.csv")
+    assert trial.legs == ()
+    assert trial.foot_m.shape == (1, 0, 3)
+
+
 def test_legs_that_no_machine_names_are_those_of_the_columns(tmp_path: Path) -> None:
     names = "time_s,shaft_L1_rad,shaft_L1_rad_s,foot_R_2_x_m,force_R_2_z_n,pwm_w"
     (tmp_path / "t.csv").write_text(f"{names}\n0,1,2,3,4,5\n")
@@ -177,7 +217,7 @@ WRONG_TOML = {
     "frequenzy_hz = 1": r"trial\.frequenzy_hz: is not a known key; did you mean 'frequency_hz'\?",
     "robot = 'none.toml'": r"none\.toml cannot be read: No such file",
     "robot = 'bad.toml'": r"bad\.toml is not valid TOML",
-    "robot = 'odd.toml'": r"odd\.toml: kind must be one of legged, servo_bench, sliding_body, not 'cat'",
+    "robot = 'odd.toml'": r"odd\.toml: kind must be the name of a kind of machine, .* not 'big cat'",
     "[noise]\nforce = 1": r"noise\.force: is not a known key; did you mean 'force_n'\?",
     "[nois]": r"nois: is not a known key; did you mean 'noise'\?",
     "[[trial.x]]": r"trial\.x: is not a known key",
@@ -188,7 +228,7 @@ WRONG_TOML = {
 @pytest.mark.parametrize("line", WRONG_TOML)
 def test_a_wrong_toml_is_an_error_that_says_what_is_wrong(tmp_path: Path, line: str) -> None:
     (tmp_path / "bad.toml").write_text("==")
-    (tmp_path / "odd.toml").write_text("kind = 'cat'")
+    (tmp_path / "odd.toml").write_text("kind = 'big cat'")
     (tmp_path / "t.csv").write_text("time_s\n0\n")
     (tmp_path / "t.toml").write_text(f"[trial]\n{line}\n")
     with pytest.raises(RecordError, match=WRONG_TOML[line]):
