@@ -82,6 +82,7 @@ COMMANDS = {
     "sim serve": "serve virtual devices until Ctrl-C",
     "sim faults": "list the faults that --scenario can hold",
     "sim effects": "what can be made wrong with the virtual robot",
+    "sim realities": "the ways in which the virtual robot can be built",
     "sim run": "a walk of the virtual robot with effects, as a trial",
     "sim campaign": "many trials of a scenario file, in parallel",
     "sim unseal": "open the labels of a sealed campaign",

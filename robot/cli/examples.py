@@ -61,6 +61,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "robot export": ("bigant robot export --urdf bigant.urdf --mjcf bigant.xml",),
     "sim effects": ("bigant sim effects", "bigant sim effects --json"),
+    "sim realities": ("bigant sim realities", "bigant sim realities --json"),
     "sim run": (
         "bigant sim run --gait tripod --effect foot_friction@ML:ratio=0.5 --fast --out a.parquet",
         "bigant sim run --gait tripod --effect com_offset:x_m=0.03 --out a.mcap",

@@ -61,6 +61,19 @@ class SimEffectsRequest:
     json: bool = as_json("the list as JSON")
 
 
+@request("virtual.listing:list_realities")
+class SimRealitiesRequest:
+    """``bigant sim realities``: the ways in which the virtual robot can be built.
+
+    A table of all realities and what differs in each from the usual virtual robot: servo loop, gears,
+    contact, legs, chassis, sensors, days, other robots. `bigant sim run --reality NAME` walks one, and
+    `bigant sim campaign --reality NAME` makes a campaign of one. drawn-N, for any whole number N, is a
+    reality drawn from the parts of the others.
+    """
+
+    json: bool = as_json("the list as JSON")
+
+
 @request("virtual.twin_file:twin_file", writes=True)
 class SimRunRequest:
     """``bigant sim run``: a walk of the virtual robot, with what is wrong with it, as a trial or a log.
@@ -81,6 +94,11 @@ class SimRunRequest:
     effect: tuple[str, ...] = several(
         "what is wrong; may be given several times (bigant sim effects lists them)",
         "NAME[@LEG][:param=value,...]",
+    )
+    reality: str = option(
+        "how the virtual robot is built (bigant sim realities lists them; default: usual)",
+        "NAME",
+        default="usual",
     )
     seed: int = random_seed(None)
     out: Path = needed(".parquet, .csv or .mcap", "FILE")

@@ -1,11 +1,14 @@
 """The faults and the effects of the virtual robot as lists, for a person and for a program."""
 
+from dataclasses import asdict
 from textwrap import fill
 
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json, print_result
-from robot.requests.sim import SimEffectsRequest, SimFaultsRequest
+from robot.console.table import Column, table_lines
+from robot.requests.sim import SimEffectsRequest, SimFaultsRequest, SimRealitiesRequest
 from sim_hw.faults.reference import Setting, common_settings, kinds_of_fault, tables
+from sim_hw.realities.catalogue import REALITIES, why_not_in
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import EffectKind
 
@@ -70,6 +73,19 @@ def list_effects(request: SimEffectsRequest) -> ExitCode:
             unit = f" {p.unit}" if p.unit else ""
             sizes = f"{p.low:g} to {p.high:g}{unit}; mild {p.mild:g}, strong {p.strong:g}"
             print(f"    {p.name:20s} {sizes}")
+    return ExitCode.OK
+
+
+def list_realities(request: SimRealitiesRequest) -> ExitCode:
+    """Print every way in which the virtual robot can be built."""
+    skipped = {
+        one.name: tuple(k.name for k in EFFECTS if why_not_in(one, k.name)) for one in REALITIES
+    }
+    if request.json:
+        print_json([{**asdict(one), "without_effects": skipped[one.name]} for one in REALITIES])
+        return ExitCode.OK
+    rows = [(one.name, one.differs) for one in REALITIES]
+    print("\n".join(table_lines((Column("reality"), Column("what differs")), rows)))
     return ExitCode.OK
 
 

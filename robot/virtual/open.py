@@ -11,6 +11,7 @@ from drivers.ati.settings import ForceSensorSettings
 from drivers.clock import Clock
 from drivers.lines.imu import ImuListener
 from drivers.wire.tap import TappedDatagrams, TappedText, WireTap
+from model.values.arrays import readonly
 from model.values.readings import BodyTruth
 from robot.config.robot_file import RobotConfig
 from robot.console.progress import StatusLine
@@ -26,6 +27,7 @@ from sim_hw.faults.scenario import Scenario
 from sim_hw.host.imu_lines import ImuSetup, MemoryImuLines
 from sim_hw.host.server import DeviceProcess, VirtualSetup
 from sim_hw.host.virtual_robot import VirtualRobot, build_virtual_robot, put_devices
+from sim_hw.host.world import World
 from sim_hw.interfaces import HostedWorld
 from sim_hw.twin.twin import Twin
 
@@ -75,9 +77,12 @@ class _WorldTruth:
         The servos live on even when nobody can talk to them any more.
         """
         self.robot.servo_wire.poll(self.clock.now_ns())
-        truth = self.robot.world.truth(self.clock.now_ns())
-        cameras = self.robot.cameras
-        return truth if cameras is None or truth is None else cameras.see(truth)
+        world, cameras = self.robot.world, self.robot.cameras
+        truth = world.truth(self.clock.now_ns())
+        if cameras is None or truth is None:
+            return truth
+        assert isinstance(world, World), "a twin is no bench"
+        return cameras.see(replace(truth, foot_position_W=readonly(world.places()[2])))
 
 
 def open_in_memory(

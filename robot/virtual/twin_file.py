@@ -10,8 +10,10 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.progress import ProgressBar
 from robot.requests.sim import SimRunRequest
+from robot.virtual.reality_robot import robot_in
 from robot.virtual.rehearsal import Progress
 from robot.virtual.twin_run import WalkPlan, make_twin, plan_of, walk_fast, walk_through_bytes
+from sim_hw.realities.catalogue import find_reality, why_not_in
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import parse_effect
 from sim_hw.twin.twin import Twin
@@ -32,9 +34,13 @@ def twin_file(request: SimRunRequest) -> ExitCode:
         raise ConfigError("--fast", "gives trials, not logs; choose .parquet, or leave --fast out")
     if not out.parent.is_dir():
         raise ConfigError("--out", f"there is no folder {out.parent}; make it first")
-    config = load_robot(request.robot)
+    reality = find_reality(request.reality)
+    config = robot_in(reality, load_robot(request.robot))
     effects = tuple(parse_effect(text, EFFECTS) for text in request.effect)
-    twin = make_twin(config, effects, request.seed)
+    for effect in effects:
+        if why := why_not_in(reality, effect.name):
+            raise ConfigError("--effect", f"{effect.name} cannot be in {reality.name}: {why}")
+    twin = make_twin(config, effects, request.seed, reality)
     config, gait = with_gait(config, request.gait)
     plan = plan_of(config, gait, request.frequency_hz, request.seconds, request.steer)
     begin_s = time.perf_counter()

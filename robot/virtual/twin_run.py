@@ -34,10 +34,12 @@ from robot.virtual.open import VirtualSettings, open_twin
 from robot.virtual.rehearsal import Progress, rehearse, silent
 from sim_hw.host.virtual_robot import VirtualRobot
 from sim_hw.host.world import World
+from sim_hw.realities.catalogue import USUAL
+from sim_hw.realities.reality import Reality, real_twin
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import TwinEffect, apply_effects
 from sim_hw.twin.motion_capture import MotionCapture, Poses
-from sim_hw.twin.twin import Twin, healthy_twin
+from sim_hw.twin.twin import Twin
 
 ROBOT_FILE = "robot.toml"
 # Time [ns], body in the world (3,) [m], body to world x y z w (4,), feet in the world (N, 3) [m].
@@ -96,14 +98,16 @@ def plan_of(
     return WalkPlan(gait, frequency, seconds, steer, plugin)
 
 
-def make_twin(config: RobotConfig, effects: tuple[TwinEffect, ...], seed: int) -> Twin:
-    """Return the twin of a robot file, with the file's own effects and others.
+def make_twin(
+    config: RobotConfig, effects: tuple[TwinEffect, ...], seed: int, reality: Reality = USUAL
+) -> Twin:
+    """Return the twin of a robot file in a reality, with the file's own effects and others.
 
     Raises:
         ConfigError: An effect does not fit the robot.
     """
     everything = (*file_effects(config, effects), *effects)
-    return apply_effects(healthy_twin(config.parameters, seed), everything, EFFECTS)
+    return apply_effects(real_twin(reality, config.parameters, seed), everything, EFFECTS)
 
 
 def walk_through_bytes(
@@ -127,7 +131,7 @@ def walk_through_bytes(
         RecordError: The log cannot be written.
     """
     walked, config = TwinRows(plan.seconds), plan.robot(config)
-    rig, _ = open_twin(config, twin, VirtualSettings(seed=twin.seed))
+    rig, _ = open_twin(config, twin, _settings(twin))
     with closing(rig), ExitStack() as stack:
         controller = Controller(config, rig.calibrations, armed=True)
         sinks: list[TickSink] = [walked]
@@ -137,6 +141,10 @@ def walk_through_bytes(
         rehearse(rig, controller, plan.script, progress, *sinks)
     poses = poses_of([_place_of(row.truth) for row in walked.rows])
     return trial_of(config, twin, plan, walked.rows, poses)
+
+
+def _settings(twin: Twin) -> VirtualSettings:
+    return VirtualSettings(seed=twin.seed, with_forces=twin.sensors.forces)
 
 
 def _place_of(truth: BodyTruth | None) -> Place:
@@ -162,7 +170,7 @@ def walk_fast(
         ModelError: The robot stopped before it was done.
     """
     walked, config = TwinRows(plan.seconds), plan.robot(config)
-    rig, virtual = open_twin(config, twin, VirtualSettings(seed=twin.seed))
+    rig, virtual = open_twin(config, twin, _settings(twin))
     with closing(rig):
         robot = _Filmed(config, rig, virtual)
         controller = Controller(config, rig.calibrations, armed=True, estimate=False)
@@ -191,7 +199,7 @@ class _Filmed(DirectRobot):
     def read(self) -> Reading:
         reading = super().read()
         assert isinstance(self.world, World), "a twin is no bench"
-        position, quaternion, feet = self.world.plant.places()
+        position, quaternion, feet = self.world.places()
         self.places.append((self.clock.now_ns(), position.copy(), quaternion, feet))
         return reading
 

@@ -16,6 +16,7 @@ from drivers.dynamixel.units import DUTY_FULL, TICK_RAD, VELOCITY_UNIT_RAD_S
 from model.compiled import compiled
 from model.values.arrays import BoolArray, FloatArray
 from sim_hw.dynamixel.goal_path import GoalPath
+from sim_hw.plant.structure import REGISTER_LOOP, LoopKind, ServoLoop
 
 CURRENT, VELOCITY, PWM = (
     int(OperatingMode.CURRENT), int(OperatingMode.VELOCITY), int(OperatingMode.PWM),
@@ -40,10 +41,17 @@ STATE = (
 )  # fmt: skip
 # Time constant of the low pass on the error before its slope is taken [ms]; assumed, not disclosed.
 DERIVATIVE_MS = 8.0
+# What the servo is built as (``ServoLoop``), in ticks and PWM counts.
+BUILT = (
+    "gain", "speed_damping", "angle_gain", "speed_gain", "speed_integral", "profile_speed",
+    "profile_ramp",
+)  # fmt: skip
 # One count of current [A], the last output; ``stopped``: held by a tripped watchdog.
 _OTHERS = ("current_unit", "pwm")
-_NUMBERS = [(name, np.float64) for name in ("goal_position", *COPIED, *TURNED, *STATE, *_OTHERS)]
-_SWITCHES = [("torque", np.bool_), ("stopped", np.bool_)]
+_NUMBERS = [
+    (name, np.float64) for name in ("goal_position", *COPIED, *TURNED, *STATE, *BUILT, *_OTHERS)
+]
+_SWITCHES = [("torque", np.bool_), ("stopped", np.bool_), ("cascaded", np.bool_)]
 SERVO = np.dtype((np.record, np.dtype([*_NUMBERS, *_SWITCHES], align=True)))
 
 
@@ -55,15 +63,17 @@ def _bounded(value: float, most: float) -> float:
 @compiled
 def _advance_trajectory(servo: Any, goal: float, dt_s: float) -> None:
     """Step, rectangular or trapezoidal approach of the trajectory to the goal."""
-    if servo.stopped or servo.profile_velocity == 0.0:
+    speed = servo.profile_velocity * VELOCITY_UNIT_RAD_S * (1.0 / TICK_RAD)  # ticks/s
+    # 1 count of acceleration is 1 count of velocity in 64 ms; ticks/s^2
+    ramp = servo.profile_acceleration * (VELOCITY_UNIT_RAD_S / 0.064) * (1.0 / TICK_RAD)
+    if servo.profile_velocity == 0.0:  # none by the registers: the servo's own, if it has one
+        speed, ramp = servo.profile_speed, servo.profile_ramp
+    if servo.stopped or speed == 0.0:
         servo.trajectory_rate = 0.0
         if not servo.stopped:
             servo.trajectory = goal
         return
     to_go = goal - servo.trajectory
-    speed = servo.profile_velocity * VELOCITY_UNIT_RAD_S * (1.0 / TICK_RAD)  # ticks/s
-    # 1 count of acceleration is 1 count of velocity in 64 ms; ticks/s^2
-    ramp = servo.profile_acceleration * (VELOCITY_UNIT_RAD_S / 0.064) * (1.0 / TICK_RAD)
     if ramp > 0:  # no faster than the ramp can still stop at the goal
         speed = min(speed, math.sqrt(2 * ramp * abs(to_go)))
     change = math.copysign(speed, to_go) - servo.trajectory_rate
@@ -77,7 +87,7 @@ def _advance_trajectory(servo: Any, goal: float, dt_s: float) -> None:
 
 
 @compiled
-def _position_loop(servo: Any, ticks: float, steps_ms: float) -> float:
+def _position_loop(servo: Any, ticks: float, rate_rad_s: float, steps_ms: float) -> float:
     error = servo.trajectory - np.rint(ticks)  # the encoder counts whole ticks
     # the D gain's time base is undisclosed; per millisecond gives the order of magnitude. Whole ticks and
     # goals that jump have no slope within a millisecond: it is that of the error behind a low pass, assumed
@@ -86,11 +96,23 @@ def _position_loop(servo: Any, ticks: float, steps_ms: float) -> float:
     step = servo.position_i_gain / 65536 * error * steps_ms
     servo.position_integral = _bounded(servo.position_integral + step, DUTY_FULL)
     pwm: float = (
-        servo.position_p_gain / 128 * error
+        servo.position_p_gain / 128 * error * servo.gain
+        - servo.speed_damping * rate_rad_s
         + servo.position_integral
         + servo.position_d_gain / 16 * derivative
         + servo.feedforward_1st_gain / 4 * servo.trajectory_rate * 1e-3
     )
+    return pwm
+
+
+@compiled
+def _cascaded_loop(servo: Any, ticks: float, rate_rad_s: float, steps_ms: float) -> float:
+    """P on the angle, PI on the speed; the integral stops where the output does."""
+    wanted = servo.angle_gain * (servo.trajectory - np.rint(ticks)) * TICK_RAD
+    error = wanted - rate_rad_s
+    step = servo.speed_integral * error * steps_ms * 1e-3
+    servo.velocity_integral = _bounded(servo.velocity_integral + step, DUTY_FULL)
+    pwm: float = servo.speed_gain * error + servo.velocity_integral
     return pwm
 
 
@@ -134,8 +156,10 @@ def _duties(
             pwm = _current_loop(servo, current_a[k], steps_ms)
         elif mode == PWM:
             pwm, most = servo.goal_pwm, servo.pwm_limit
+        elif servo.cascaded:
+            pwm = _cascaded_loop(servo, ticks[k], rate_rad_s[k], steps_ms)
         else:
-            pwm = _position_loop(servo, ticks[k], steps_ms)
+            pwm = _position_loop(servo, ticks[k], rate_rad_s[k], steps_ms)
         servo.pwm = _bounded(pwm, most) if servo.torque else 0.0
         duty[k] = servo.pwm / DUTY_FULL
 
@@ -147,6 +171,7 @@ class FirmwareBank:
 
     Args:
         count: Number of servos.
+        loop: What the servos are built as.
 
     Attributes:
         servos: Records of ``SERVO``, (N,).
@@ -155,8 +180,16 @@ class FirmwareBank:
         goal_path: What lies between goals and loops, None for nothing.
     """
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, count: int, loop: ServoLoop = REGISTER_LOOP) -> None:
         self.servos: Any = np.zeros(count, dtype=SERVO)
+        servos = self.servos
+        servos["cascaded"] = loop.kind is LoopKind.CASCADED
+        servos["gain"], servos["speed_damping"] = loop.gain, loop.speed_damping * DUTY_FULL
+        servos["angle_gain"] = loop.angle_gain
+        servos["speed_gain"] = loop.speed_gain * DUTY_FULL
+        servos["speed_integral"] = loop.speed_integral * DUTY_FULL
+        servos["profile_speed"] = loop.profile_speed / TICK_RAD
+        servos["profile_ramp"] = loop.profile_acceleration / TICK_RAD
         self.mode: FloatArray = self.servos["operating_mode"]
         self.goal_position: FloatArray = self.servos["goal_position"]
         self.mode[:] = OperatingMode.POSITION

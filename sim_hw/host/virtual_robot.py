@@ -70,12 +70,12 @@ def build_virtual_robot(
         scenario: What goes wrong; None for sound devices with nothing between them and the host.
         imu: The IMU on its body, None for none.
     """
-    plant = Plant(twin.plant if twin is not None else PlantParameters.nominal(robot), seed)
-    firmware = FirmwareBank(robot.legs.count)
+    made = twin.plant if twin is not None else PlantParameters.nominal(robot)
+    plant, firmware = Plant(made, seed), FirmwareBank(robot.legs.count, made.drive.loop)
     sensors = twin.sensors if twin is not None else None
     printed = PrintedImu(imu) if imu is not None else None
     watching = printed.imu if printed is not None else None
-    world = World(plant, firmware, servo_bus, force_sensor, sensors, watching)
+    world = World(plant, firmware, servo_bus, force_sensor, sensors, watching, seed)
     if twin is not None and GoalPath.needed(twin.plant.drive):
         firmware.goal_path = GoalPath(twin.plant.drive, world.motors().ticks, plant.dt_s, seed)
     robot_there = put_devices(world, firmware, servo_bus, force_sensor, seed, scenario, twin)
@@ -104,7 +104,10 @@ def put_devices(
     """
     ids = tuple(int(i) for i in servo_bus.ids)
     transducers = tuple(int(t) for t in force_sensor.transducers)
-    noise = NOISE if twin is None else (*[twin.sensors.noise.force_n] * 3, *NOISE[3:])
+    noise = NOISE
+    if twin is not None and twin.sensors.forces:
+        force_n = twin.sensors.noise.force_n
+        noise = (force_n, force_n, force_n, *NOISE[3:])
     cameras = MotionCapture(twin.sensors, seed) if twin is not None else None
     assumed = scenario if scenario is not None else Scenario()
     motors = DisturbedMotors(world, firmware)

@@ -12,6 +12,7 @@ from model.values.arrays import FloatArray
 from model.values.readings import BodyTruth
 from sim_hw.interfaces import FirmwareControl, MotorReadings
 from sim_hw.plant.plant import Plant
+from sim_hw.plant.structure import GearSide
 from sim_hw.twin.imu import VirtualImu
 from sim_hw.twin.sensing import ForceChannel, SensorParameters
 
@@ -29,6 +30,7 @@ class World:
         force_sensor: How the transducers are mounted.
         sensors: Errors of encoders and transducers; None for none.
         imu: An IMU on the body, None for none.
+        seed: Of the transducers' coloured noise.
     """
 
     def __init__(
@@ -39,6 +41,7 @@ class World:
         force_sensor: ForceSensorSettings,
         sensors: SensorParameters | None = None,
         imu: VirtualImu | None = None,
+        seed: int = 0,
     ) -> None:
         self.plant = plant
         self._imu = imu
@@ -52,7 +55,16 @@ class World:
         yaw = force_sensor.yaw_rad + known.force_yaw
         self._cosine, self._sine = np.cos(yaw), np.sin(yaw)
         self._up = force_sensor.up.astype(np.float64)
-        self._channel = ForceChannel(known)
+        self._channel = ForceChannel(known, seed)
+        self._marker_share = known.marker_share
+        loop = plant.parameters.drive.loop
+        motor, shaft = plant.motor_angle_rad, plant.shaft_angle_rad  # views of what is now
+        on_motor = loop.feedback is GearSide.MOTOR
+        self._loop_angle = motor if on_motor else shaft
+        self._loop_rate = plant.motor_rate_rad_s if on_motor else plant.shaft_rate_rad_s
+        encoder_on_motor = loop.encoder is GearSide.MOTOR
+        self._encoder_angle = motor if encoder_on_motor else shaft
+        self._encoder_rate = plant.motor_rate_rad_s if encoder_on_motor else plant.shaft_rate_rad_s
         self._late_steps = round(known.force_delay_s / plant.dt_s)
         self._scale = known.encoder_scale
         self._step_ns = round(plant.dt_s * 1e9)
@@ -79,8 +91,8 @@ class World:
     def _step(self) -> None:
         plant = self.plant
         duty = self._firmware.duty(
-            self._zeros + self._ticks_a_rad * plant.motor_angle_rad,
-            self._signs * (self._scale * plant.shaft_rate_rad_s),
+            self._zeros + self._ticks_a_rad * self._loop_angle,
+            self._signs * self._loop_rate,
             self._signs * plant.current_a,
             plant.dt_s,
         )
@@ -92,8 +104,8 @@ class World:
         """Return the motors as the servos see them."""
         plant = self.plant
         return MotorReadings(
-            ticks=self._zeros + self._ticks_a_rad * (self._scale * plant.shaft_angle_rad),
-            rate_rad_s=self._signs * (self._scale * plant.shaft_rate_rad_s),
+            ticks=self._zeros + self._ticks_a_rad * (self._scale * self._encoder_angle),
+            rate_rad_s=self._signs * (self._scale * self._encoder_rate),
             current_a=self._signs * plant.current_a,
             supply_v=plant.supply_v,
             temperature_c=plant.temperature_c,
@@ -132,6 +144,10 @@ class World:
         wrench[:, 3], wrench[:, 4], wrench[:, 5] = c * tx + s * ty, c * ty - s * tx, x * fy - y * fx
         wrench[:, [1, 2, 4, 5]] *= up[:, None]
         return wrench
+
+    def places(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the body's position and quaternion x y z w, and the feet as their markers show them."""
+        return self.plant.marker_places(self._marker_share)
 
     def truth(self, t_ns: int) -> BodyTruth:
         """Advance to a time and return where everything is."""

@@ -30,10 +30,8 @@ MOTOR, MOTOR_RATE, SHAFT, SHAFT_RATE, CURRENT, TEMPERATURE, SUPPLY, DUTY = range
 # What a leg is made of.
 (
     STIFFNESS, DAMPING, SIDE_STIFFNESS, SIDE_DAMPING, LEG_OFFSET, LEG_PLAY, CRANK_OFFSET, COMPLIANCE,
-    BACKLASH, ROLL_STIFFNESS, ROLL_DAMPING, ROLL_ZERO, JAM,
-) = range(13)  # fmt: skip
-# Side springs are damped to this share of critical on the foot's mass; assumed.
-SIDE_DAMPING_RATIO = 0.5
+    BACKLASH, ROLL_STIFFNESS, ROLL_DAMPING, ROLL_ZERO, JAM, HARDENING,
+) = range(14)  # fmt: skip
 # Inertia on the encoder's side of a gear with play or twist: crank, coupler and foot; assumed.
 SHAFT_INERTIA = 0.002
 # A gear with play only is this stiff where the teeth touch [N m/rad].
@@ -44,8 +42,8 @@ ROLLING = (200.0, 0.9)  # stiffness [N m/rad] and damping that turn a rolling fo
 
 
 def leg_rows(plant: PlantParameters, coupler_zero: FloatArray) -> FloatArray:
-    """Return what the compiled code needs of each leg, (N, 13)."""
-    rows = np.zeros((plant.legs, 13))
+    """Return what the compiled code needs of each leg, (N, 14)."""
+    rows = np.zeros((plant.legs, 14))
     rows[:, STIFFNESS], rows[:, DAMPING] = plant.stiffness, plant.damping
     rows[:, SIDE_STIFFNESS] = plant.side_stiffness[:, 0]
     rows[:, SIDE_DAMPING] = side_damping(plant)[:, 0]
@@ -53,14 +51,14 @@ def leg_rows(plant: PlantParameters, coupler_zero: FloatArray) -> FloatArray:
     rows[:, CRANK_OFFSET] = plant.drive.crank_offset
     rows[:, COMPLIANCE], rows[:, BACKLASH] = plant.drive.compliance, plant.drive.backlash
     rows[:, ROLL_STIFFNESS], rows[:, ROLL_DAMPING] = ROLLING
-    rows[:, ROLL_ZERO] = coupler_zero
+    rows[:, ROLL_ZERO], rows[:, HARDENING] = coupler_zero, plant.hardening
     return rows
 
 
 def side_damping(plant: PlantParameters) -> FloatArray:
     """Return the damping of the side springs, (N, 2) [N s/m]."""
-    damping: FloatArray = 2 * SIDE_DAMPING_RATIO * np.sqrt(plant.side_stiffness * plant.foot_mass)
-    return damping
+    critical: FloatArray = 2 * np.sqrt(plant.side_stiffness * plant.foot_mass)
+    return plant.side_damping_ratio * critical
 
 
 @compiled
@@ -133,10 +131,12 @@ def turn_legs(
             gap = z - row[LEG_OFFSET] - qz  # the leg's play lies between its spring and its end
             free = min(max(gap, -row[LEG_PLAY] / 2), row[LEG_PLAY] / 2)
             fx = row[SIDE_STIFFNESS] * (x - qx) + row[SIDE_DAMPING] * (dx * rate - vx)
-            fz = row[STIFFNESS] * (gap - free) + row[DAMPING] * (dz * rate - vz)
+            harder = row[HARDENING] * gap * gap * gap
+            fz = row[STIFFNESS] * (gap - free) + row[DAMPING] * (dz * rate - vz) + harder
             load = -(fx * dx + fz * dz)
             push_x += row[SIDE_STIFFNESS] * x + row[SIDE_DAMPING] * dx * rate
             push_z += row[STIFFNESS] * (z - row[LEG_OFFSET] - free) + row[DAMPING] * dz * rate
+            push_z += harder
             if roll_v[k] >= 0:
                 wanted = row[ROLL_ZERO] - coupler  # a turn from +x towards +z is negative about y
                 at, speed = qpos[roll_v[k] + 1], qvel[roll_v[k]]

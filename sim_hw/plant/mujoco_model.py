@@ -20,18 +20,18 @@ from sim_hw.plant.parameters import PlantParameters
 TOKEN_INERTIA = 1e-7
 # Time constant of a contact: two steps, the least MuJoCo allows.
 CONTACT_STEPS = 2
-CONTACT_SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
-# Sticking friction creeps in MuJoCo, less so the larger this is.
-IMPRATIO = 100.0
 # Part of a chassis that twists: mass and inertia of each row of legs but the middle one; assumed.
 ROW_MASS = 0.3
 ROW_INERTIA = (0.006, 0.002, 0.006)
 ROW_DAMPING = 0.5
+ROW_APART_M = 0.03  # legs nearer to each other along x are in one row
 # Ground that gives: mass that moves with each foot, and damping, share of critical on it.
 PAD_MASS = 0.02
 PAD_DAMPING_RATIO = 0.5
 STEP_LENGTH_M = 5.0
 HINGE, SLIDE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
+SWEEPS, NEWTON = mujoco.mjtSolver.mjSOL_PGS, mujoco.mjtSolver.mjSOL_NEWTON
+ELLIPTIC, PYRAMIDAL = mujoco.mjtCone.mjCONE_ELLIPTIC, mujoco.mjtCone.mjCONE_PYRAMIDAL
 
 
 def build_model(plant: PlantParameters) -> mujoco.MjModel:
@@ -40,10 +40,11 @@ def build_model(plant: PlantParameters) -> mujoco.MjModel:
     spec.option.timestep = plant.time_step_s / plant.substeps
     spec.option.gravity = [0.0, 0.0, -plant.gravity]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = IMPRATIO
-    # six small contacts: sweeps over them take half the time of Newton's method, to the same answer
-    spec.option.solver = mujoco.mjtSolver.mjSOL_PGS
+    spec.option.cone = ELLIPTIC if plant.contact.elliptic else PYRAMIDAL
+    spec.option.impratio = plant.contact.friction_ratio
+    # six small contacts: sweeps over their cones take half the time of Newton's method, to the same answer;
+    # over pyramids twice
+    spec.option.solver = SWEEPS if plant.contact.elliptic else NEWTON
     _add_ground(spec, plant)
     torso = spec.worldbody.add_body()
     torso.name = "torso"
@@ -60,7 +61,6 @@ def build_model(plant: PlantParameters) -> mujoco.MjModel:
             f"the simulator cannot build this robot ({why}); see mass and inertia of its [body]"
         ) from error
     model.dof_damping[0:2] = plant.disturbance.drag
-    model.dof_armature[0:2], model.dof_armature[5] = plant.added_inertia
     return model
 
 
@@ -91,8 +91,9 @@ def _add_ground(spec: "mujoco.MjSpec", plant: PlantParameters) -> None:
 
 def _touch(geom: "mujoco.MjsGeom", plant: PlantParameters, friction: float) -> None:
     geom.friction = [friction, 0.0, 0.0]
-    geom.solref = [CONTACT_STEPS * plant.time_step_s / plant.substeps, 1.0]
-    geom.solimp = CONTACT_SOLIMP
+    least_s = CONTACT_STEPS * plant.time_step_s / plant.substeps
+    geom.solref = [max(plant.contact.time_constant_s, least_s), plant.contact.damping_ratio]
+    geom.solimp = plant.contact.solimp
 
 
 def _shape_torso(spec: "mujoco.MjSpec", torso: "mujoco.MjsBody", plant: PlantParameters) -> None:
@@ -130,9 +131,20 @@ def _foot_mass(plant: PlantParameters, leg: int) -> float:
     return plant.foot_mass + (PAD_MASS if np.isfinite(plant.ground.stiffness[leg]) else 0.0)
 
 
+def _row_of_legs(plant: PlantParameters) -> list[float]:
+    """Place along x of the row that each leg is in: the mean of legs that are next to each other."""
+    x = plant.shaft_position[:, 0]
+    order = np.argsort(x, kind="stable")
+    row = np.cumsum(np.diff(x[order], prepend=x[order[0]]) > ROW_APART_M)
+    places = np.array([x[order][row == number].mean() for number in range(row[-1] + 1)])
+    of_leg = np.empty(len(x))
+    of_leg[order] = places[row]
+    return [float(place) for place in of_leg]
+
+
 def _row_places(plant: PlantParameters) -> list[float]:
     """Places of the rows of legs along x, the one nearest the origin first."""
-    return sorted({float(x) for x in plant.shaft_position[:, 0]}, key=lambda x: (abs(x), x))
+    return sorted(set(_row_of_legs(plant)), key=lambda x: (abs(x), x))
 
 
 def _chassis(torso: "mujoco.MjsBody", plant: PlantParameters) -> list["mujoco.MjsBody"]:
@@ -152,7 +164,7 @@ def _chassis(torso: "mujoco.MjsBody", plant: PlantParameters) -> list["mujoco.Mj
             hinge = _sprung(row, HINGE, f"twist_{place:g}", [1, 0, 0], stiffness, ROW_DAMPING)
             hinge.pos = [(place + before) / 2, 0, 0]
             bodies[place], before = row, place
-    return [bodies[float(x)] for x in plant.shaft_position[:, 0]]
+    return [bodies[x] for x in _row_of_legs(plant)]
 
 
 def _part(

@@ -20,13 +20,11 @@ from model.values.parameters import (
     LegGeometry,
     RobotParameters,
 )
+from sim_hw.plant.structure import HARD_CONTACT, REGISTER_LOOP, ContactForm, ServoLoop
 
-# Trial-to-trial spread of a healthy robot, one standard deviation; assumed, a few per cent as in
-# rubber feet and hand-set legs.
-MU_SPREAD = 0.04
-STIFFNESS_SPREAD = 0.03
-COM_SPREAD_M = 0.0015
 CLEARANCE_M = 0.03
+# Side springs are damped to this share of critical on the foot's mass; assumed.
+SIDE_DAMPING_RATIO = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +113,7 @@ class DriveParameters:
         crank_offset: Crank minus encoder [rad].
         hold_rate: Events a second in which a servo misses its goals for a while [1/s].
         hold_s: How long it misses them.
+        loop: The servos' control loop.
     """
 
     delay_s: float
@@ -125,6 +124,7 @@ class DriveParameters:
     crank_offset: FloatArray
     hold_rate: FloatArray
     hold_s: float = 0.3
+    loop: ServoLoop = REGISTER_LOOP
 
     @staticmethod
     def ideal(legs: int) -> "DriveParameters":
@@ -266,6 +266,8 @@ class PlantParameters:
         stiffness: Vertical leg springs, (N,) [N/m].
         damping: Vertical leg dampers, (N,) [N s/m]; assumed, 5 % of critical on a third of the mass.
         side_stiffness: Leg along body x and y, (N, 2) [N/m]; assumed.
+        side_damping_ratio: Share of critical damping of these springs on the foot's mass.
+        hardening: Vertical leg springs get stiffer with the cube of their travel, (N,) [N/m^3]; 0 is none.
         leg_offset: Leg longer than the linkage says, (N,) [m].
         leg_play: Free play of the leg's vertical spring, (N,) [m].
         mu: Coulomb friction of each foot, (N,).
@@ -276,12 +278,14 @@ class PlantParameters:
         payload: Further mass [kg].
         payload_position: Of the payload in the body frame, (2,) [m].
         twist: Front against rear of the chassis about x [rad/N m].
-        added_inertia: Horizontal inertia without weight [kg], and about z [kg m^2], (2,).
+        ballast_s: A weightless mass towed by the body, so large that the friction of all feet takes this
+            time to bring it to a slip of 20 mm/s; 0 is none.
         motors: Each leg's motor, N of them; their battery is one.
         drive: Between command and crank.
         friction: Of the feet.
         ground: Under the feet.
         disturbance: What pulls at the body.
+        contact: How feet and ground touch.
         clearance: Body underside below the origin [m]; assumed.
         time_step_s: Step of firmware and records.
         substeps: MuJoCo steps in each of them.
@@ -296,6 +300,7 @@ class PlantParameters:
     stiffness: FloatArray
     damping: FloatArray
     side_stiffness: FloatArray
+    hardening: FloatArray
     leg_offset: FloatArray
     leg_play: FloatArray
     mu: FloatArray
@@ -305,13 +310,15 @@ class PlantParameters:
     motors: tuple[MotorParameters, ...]
     foot_mass: float
     foot_radius: float = 0.005
+    side_damping_ratio: float = SIDE_DAMPING_RATIO
     rolling_radius: float = 0.0
     com: FloatArray = field(default_factory=lambda: np.zeros(2))
     payload: float = 0.0
     payload_position: FloatArray = field(default_factory=lambda: np.zeros(2))
     twist: float = 0.0
-    added_inertia: FloatArray = field(default_factory=lambda: np.zeros(2))
+    ballast_s: float = 0.0
     disturbance: Disturbance = field(default_factory=Disturbance)
+    contact: ContactForm = HARD_CONTACT
     clearance: float = CLEARANCE_M
     time_step_s: float = 0.001
     substeps: int = 2
@@ -331,6 +338,7 @@ class PlantParameters:
             stiffness=stiffness,
             damping=0.1 * np.sqrt(stiffness * robot.body.mass / 3),
             side_stiffness=np.tile(12.0 * stiffness[:, None], 2),
+            hardening=np.zeros(legs),
             leg_offset=np.zeros(legs),
             leg_play=np.zeros(legs),
             mu=robot.contact.mu.copy(),
@@ -360,13 +368,3 @@ class PlantParameters:
     def legs(self) -> int:
         """Number of legs N."""
         return len(self.shaft_position)
-
-    def scattered(self, seed: int) -> "PlantParameters":
-        """Return this robot on another day: friction, stiffness and centre of mass a little different."""
-        random = np.random.default_rng([seed, 0x70])
-        return replace(
-            self,
-            mu=self.mu * np.exp(MU_SPREAD * random.standard_normal(self.legs)),
-            stiffness=self.stiffness * np.exp(STIFFNESS_SPREAD * random.standard_normal(self.legs)),
-            com=self.com + COM_SPREAD_M * random.standard_normal(2),
-        )

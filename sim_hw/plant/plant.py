@@ -4,16 +4,28 @@ It has inertia, leg springs with dampers, Coulomb friction that sticks, and serv
 limits: none of which the model of ``model/`` has. It never calls that model.
 """
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 
+from model.errors import ModelError
 from model.values.arrays import BoolArray, FloatArray, readonly
 from model.values.readings import BodyTruth
+from sim_hw.plant.ballast import (
+    TEST_FROM_M_S,
+    TEST_LONGEST_S,
+    TEST_MASSES,
+    TEST_SLIP_M_S,
+    TEST_TO_M_S,
+    Ballast,
+)
 from sim_hw.plant.foot_surface import DirectedContacts, surface, surface_settings, varies
 from sim_hw.plant.leg_kernel import (
     CURRENT,
     JAM,
     MOTOR,
+    MOTOR_RATE,
     SHAFT,
     SHAFT_RATE,
     SUPPLY,
@@ -24,7 +36,7 @@ from sim_hw.plant.leg_kernel import (
 from sim_hw.plant.leg_path import foot_path, leg_geometry, leg_point
 from sim_hw.plant.motor import motor_row
 from sim_hw.plant.mujoco_model import build_model, ground_axes
-from sim_hw.plant.parameters import Disturbance, PlantParameters
+from sim_hw.plant.parameters import Disturbance, GroundParameters, PlantParameters
 
 SETTLING_S = 1.5
 # A foot that carries less than this is in the air.
@@ -42,6 +54,7 @@ class Plant:
         shaft_angle_rad: Shaft angles as the encoders have them, unwrapped, (N,); all views of what is now.
         shaft_rate_rad_s: Shaft speeds, (N,).
         motor_angle_rad: Motor angles, seen at the output; the shafts' own unless gears twist or have play.
+        motor_rate_rad_s: Motor speeds, seen at the output, (N,).
         current_a: Motor currents, (N,).
         temperature_c: Motor temperatures, (N,).
         supply_v: Voltage at each servo, (N,).
@@ -66,6 +79,7 @@ class Plant:
         for k in np.flatnonzero(p.turning_radius > 0).tolist():
             self._roll_v[k] = model.joint(f"roll_{k}").dofadr[0]
         self._foot_body = np.array([model.body(f"foot_{k}").id for k in legs])
+        self._foot_parent = model.body_parentid[self._foot_body]
         self._geoms = np.array([model.geom(f"foot_{k}").id for k in legs])
         leg_of_geom = np.full(model.ngeom, -1)
         leg_of_geom[self._geoms] = np.arange(p.legs)
@@ -78,6 +92,7 @@ class Plant:
         self.shaft_angle_rad: FloatArray = state[:, SHAFT]
         self.shaft_rate_rad_s: FloatArray = state[:, SHAFT_RATE]
         self.motor_angle_rad: FloatArray = state[:, MOTOR]
+        self.motor_rate_rad_s: FloatArray = state[:, MOTOR_RATE]
         self.current_a: FloatArray = state[:, CURRENT]
         self.temperature_c: FloatArray = state[:, TEMPERATURE]
         self.supply_v: FloatArray = state[:, SUPPLY]
@@ -86,9 +101,12 @@ class Plant:
         self._settings, self._normal = surface_settings(p), ground_axes(p)[:, 2].copy()
         self._coefficients, self._cling = np.zeros(p.legs), np.zeros(p.legs)
         self._gusts = Gusts(p.disturbance, p.time_step_s, seed)
-        self._push = np.zeros(6)
+        self._push, self._gust = np.zeros(6), np.zeros(2)
+        self._ballast: Ballast | None = None
         self.foot_force_B: FloatArray = np.zeros((p.legs, 3))
         self._stand()
+        if p.ballast_s > 0:
+            self._ballast = ballast_of(p)
 
     @property
     def dt_s(self) -> float:
@@ -158,7 +176,8 @@ class Plant:
         dt_s = p.time_step_s / p.substeps
         force = np.zeros(self.foot_force_B.shape)
         if self._gusts.blow:
-            self._write_push(self._gusts.next())
+            self._gust = self._gusts.next()
+            self._write_push(self._gust)
         for _ in range(p.substeps):
             turn_legs(
                 dt_s, p.servo_substeps, self._motors, self._geometry, self._rows, self._state, duty,
@@ -166,6 +185,8 @@ class Plant:
             )  # fmt: skip
             if self._varies:
                 self._change_surface()
+            if self._ballast is not None:
+                self._tow(self._ballast)
             if self._has_direction:
                 self._directed.step(model, data, self._yaw_rad())
             else:
@@ -173,6 +194,21 @@ class Plant:
             reaction = self._reaction
             force = force + (data.qfrc_constraint[self._foot_v] if reaction is None else reaction)
         self.foot_force_B = force / p.substeps
+
+    def hitch(self, ballast: Ballast) -> None:
+        """Let the body tow a ballast from now on."""
+        self._ballast = ballast
+
+    def _tow(self, ballast: Ballast) -> None:
+        yaw = self._yaw_rad()
+        centre = self.data.xipos[self._torso]
+        x, y = centre[:2] - self.data.xpos[self._torso, :2]
+        spin = float(self.torso_rotation[2] @ self._qvel[3:6])
+        rate = self._qvel[:2] + spin * np.array([-y, x])
+        force = ballast.pull(np.array([*centre[:2], yaw]), np.array([*rate, spin]))
+        on_torso = self.data.xfrc_applied[self._torso]
+        self._write_push(self._gust)
+        on_torso[[0, 1, 5]] += force
 
     def _change_surface(self) -> None:
         place = self.data.xpos[self._foot_body]
@@ -215,6 +251,20 @@ class Plant:
         quaternion = np.roll(data.xquat[self._torso], -1)
         return data.xpos[self._torso], quaternion, data.xpos[self._foot_body]
 
+    def marker_places(self, share: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the same, the feet as markers show that go along with a share of their legs' give."""
+        position, quaternion, feet = self.places()
+        if share == 1.0:
+            return position, quaternion, feet
+        p = self.parameters
+        give = self._qpos[self._foot_q].copy()  # from the end of the linkage to the foot, body axes
+        x, z, _, _ = foot_path(p, self.shaft_angle_rad + p.drive.crank_offset)
+        give[:, 0] -= x
+        give[:, 2] -= z
+        turns = self.data.xmat[self._foot_parent].reshape(-1, 3, 3)
+        markers: FloatArray = feet - (1.0 - share) * np.einsum("nij,nj->ni", turns, give)
+        return position, quaternion, markers
+
     def truth(self, t_ns: int) -> BodyTruth:
         """Return where everything is."""
         position, quaternion, feet = self.places()
@@ -252,3 +302,31 @@ class Gusts:
         """Return the force in the next step, world x and y, (2,) [N]."""
         self._force = self._keep * self._force + self._kick * self._random.standard_normal(2)
         return self._force
+
+
+def ballast_of(plant: PlantParameters) -> Ballast:
+    """Return the ballast that the plant's sliding feet bring to a slip of 20 mm/s in its ``ballast_s``.
+
+    The friction of all feet is measured by a pull test: the robot stands, a sledge of known mass that
+    slides at 40 mm/s is hitched to it, and feet that slide brake the sledge.
+    """
+    ground = GroundParameters(np.zeros(2), plant.ground.stiffness)
+    robot = Plant(replace(plant, ballast_s=0.0, ground=ground, disturbance=Disturbance()))
+    own = plant.mass, float(plant.inertia[2])
+    radius = float(np.hypot(*plant.shaft_position[:, :2].T).mean())
+    dt_s = plant.time_step_s / plant.substeps
+    mass = TEST_MASSES * plant.mass
+    sledge = Ballast(mass, radius, own, dt_s)
+    sledge.rate = np.array([TEST_FROM_M_S + TEST_SLIP_M_S / 2, 0.0, 0.0])
+    robot.data.qvel[0] = sledge.rate[0]
+    robot.hitch(sledge)
+    off, none = np.zeros(plant.legs, dtype=bool), np.zeros(plant.legs)
+    times = []
+    for limit in (TEST_FROM_M_S, TEST_TO_M_S):
+        while sledge.rate[0] > limit:
+            robot.step(none, off)
+            if robot.data.time > TEST_LONGEST_S:
+                raise ModelError("inertia_lag needs feet with friction: they do not brake a sledge")
+        times.append(robot.data.time)
+    friction = mass * TEST_SLIP_M_S / (times[1] - times[0])  # [N]
+    return Ballast(friction * plant.ballast_s / TEST_SLIP_M_S, radius, own, dt_s)

@@ -42,7 +42,10 @@ def _ground_stiffness(twin: Twin, _: IntArray, values: FloatArray) -> Twin:
     ratio = float(values[0])
     if ratio >= 1.0:
         return twin
-    return changed(twin, "plant.ground.stiffness", twin.plant.stiffness * ratio / (1 - ratio))
+    own = twin.plant.stiffness * ratio / (1 - ratio)
+    soft = twin.plant.ground.stiffness  # infinite where the ground is rigid
+    in_series = own / (1.0 + own / soft)
+    return changed(twin, "plant.ground.stiffness", in_series)
 
 
 def _payload(twin: Twin, _: IntArray, values: FloatArray) -> Twin:
@@ -54,7 +57,7 @@ KINDS = (
     EffectKind(
         "command_delay", "actuation", ALL, (sized("delay_s", "s", 0, 0.5, 0, 0.05, 0.12),),
         "a queue between the goals that arrive and the servos' control loops",
-        sets("plant.drive.delay_s"),
+        adds("plant.drive.delay_s"),
     ),
     EffectKind(
         "servo_lag", "actuation", BOTH, (sized("time_constant_s", "s", 0, 0.5, 0, 0.05, 0.12),),
@@ -67,16 +70,16 @@ KINDS = (
     EffectKind(
         "servo_compliance", "actuation", BOTH, (sized("rad_per_nm", "rad/N m", 0, 0.5, 0, 0.02, 0.06),),
         "an elastic gear between motor, which the control loop holds, and encoder",
-        sets("plant.drive.compliance"),
+        adds("plant.drive.compliance"),
     ),
     EffectKind(
         "gear_backlash", "actuation", LEG, (sized("width_rad", "rad", 0, 0.5, 0, 0.05, 0.12),),
         "play in the gear between motor, which the control loop holds, and encoder",
-        sets("plant.drive.backlash"),
+        adds("plant.drive.backlash"),
     ),
     EffectKind(
         "shaft_zero_offset", "actuation", LEG, (sized("offset_rad", "rad", -0.6, 0.6, 0, 0.06, 0.15),),
-        "the crank sits turned on the shaft behind the encoder", sets("plant.drive.crank_offset"),
+        "the crank sits turned on the shaft behind the encoder", adds("plant.drive.crank_offset"),
     ),
     EffectKind(
         "link_length", "kinematics", BOTH,
@@ -142,7 +145,7 @@ KINDS = (
     ),
     EffectKind(
         "chassis_twist", "support", ALL, (sized("rad_per_nm", "rad/N m", 0, 0.05, 0, 0.002, 0.006),),
-        "hinges about x with springs between the rows of legs", sets("plant.twist"),
+        "hinges about x with springs between the rows of legs", adds("plant.twist"),
     ),
     EffectKind(
         "missed_steps", "actuation", BOTH,
@@ -152,6 +155,6 @@ KINDS = (
     ),
     EffectKind(
         "loose_leg_stop", "support", LEG, (sized("play_m", "m", 0, 0.01, 0, 0.002, 0.004),),
-        "free play in the leg's vertical spring", sets("plant.leg_play"), catalogued=False,
+        "free play in the leg's vertical spring", adds("plant.leg_play"), catalogued=False,
     ),
 )  # fmt: skip

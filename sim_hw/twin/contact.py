@@ -10,6 +10,7 @@ from sim_hw.twin.effects import (
     BOTH,
     LEG,
     EffectKind,
+    adds,
     at,
     changed,
     scales,
@@ -18,17 +19,6 @@ from sim_hw.twin.effects import (
     sized,
 )
 from sim_hw.twin.twin import Twin
-
-# Slip at which the added inertia has the time constant asked for: a body that friction mu M g holds at
-# slip v takes m v / (mu M g) to follow.
-SLIP_M_S = 0.02
-
-
-def _inertia_lag(twin: Twin, _: IntArray, values: FloatArray) -> Twin:
-    p = twin.plant
-    mass = float(values[0]) * float(p.mu.mean()) * p.mass * p.gravity / SLIP_M_S
-    arm2 = float((p.shaft_position[:, :2] ** 2).sum(axis=1).mean())
-    return changed(twin, "plant.added_inertia", np.array([mass, mass * arm2]))
 
 
 def _foot_rolling(twin: Twin, legs: IntArray, values: FloatArray) -> Twin:
@@ -42,6 +32,14 @@ def _fading(twin: Twin, _: IntArray, values: FloatArray) -> Twin:
     fade = at(twin.plant.friction.fade_s, left, values[0])
     faded = changed(twin, "plant.friction.fade_s", fade)
     return changed(faded, "plant.friction.fade_floor", float(values[1]))
+
+
+def _stiction(twin: Twin, _: IntArray, values: FloatArray) -> Twin:
+    ratio, speed = values
+    stuck = changed(
+        twin, "plant.friction.static_ratio", twin.plant.friction.static_ratio * float(ratio)
+    )
+    return changed(stuck, "plant.friction.static_speed", float(speed))
 
 
 INHERENT = "every twin has it; the model may lack it"
@@ -67,7 +65,7 @@ KINDS = (
         (sized("static_ratio", "", 1, 3, 1, 1.3, 1.8),
          sized("speed_m_s", "m/s", 1e-4, 0.2, 0.01, 0.01, 0.01)),
         "the coefficient falls from its static to its sliding value with the foot's speed",
-        sets("plant.friction.static_ratio", "plant.friction.static_speed"),
+        _stiction,
     ),
     EffectKind(
         "friction_patch", "friction", ALL,
@@ -82,7 +80,8 @@ KINDS = (
     EffectKind("tilt_coupling", "friction", ALL, (), INHERENT, None),
     EffectKind(
         "inertia_lag", "dynamics", ALL, (sized("time_constant_s", "s", 0, 0.5, 0, 0.03, 0.1),),
-        "horizontal inertia without weight, sized for a slip of 20 mm/s", _inertia_lag,
+        "a weightless mass on a stiff hitch, which friction brings to a slip of 20 mm/s in this time",
+        adds("plant.ballast_s"),
     ),
     EffectKind(
         "tether_force", "external", ALL,
@@ -92,7 +91,7 @@ KINDS = (
     ),
     EffectKind(
         "drag", "external", ALL, (sized("n_s_per_m", "N s/m", 0, 2000, 0, 100, 400),),
-        "a damper between body and world, horizontally", sets("plant.disturbance.drag"),
+        "a damper between body and world, horizontally", adds("plant.disturbance.drag"),
     ),
     EffectKind(
         "gusts", "external", ALL,

@@ -139,9 +139,15 @@ def sets_vector(place: str, *, leg_wise: bool = False) -> Apply:
     return apply
 
 
-def adds_vector(place: str) -> Apply:
-    """Add all parameters to one attribute."""
-    return lambda twin, _legs, values: changed(twin, place, attrgetter(place)(twin) + values)
+def adds_vector(place: str, *, leg_wise: bool = False) -> Apply:
+    """Add all parameters to one attribute: to the rows of the legs concerned, or to the whole of it."""
+
+    def apply(twin: Twin, legs: IntArray, values: FloatArray) -> Twin:
+        now = attrgetter(place)(twin)
+        new = at(now, legs, now[legs] + values) if leg_wise else now + values
+        return changed(twin, place, new)
+
+    return apply
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@
 done by ``sim_hw.host.world``, the cameras' by ``sim_hw.twin.motion_capture``.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,9 +38,14 @@ class SensorParameters:
         pose_yaw: Marker frame turned in the body [rad].
         pose_origin: Marker frame moved in the body, (2,) [m].
         pose_clock: Rate of the cameras' clock over ours.
+        force_filter_s: Time constant of the unit's own first-order filter before that; 0 is none.
+        force_wander_n: Standard deviation of a coloured noise on each axis of force [N].
+        force_wander_s: Its correlation time.
+        marker_share: Share of the give of a leg that its marker goes along with: 1 on the foot, less up the
+            shank. The foot that is reported is where it would be at the end of a rigid leg.
         swapped: Two legs whose foot markers are taken for each other, () for none.
         encoder_scale: Reading over truth, (N,).
-        noise: One standard deviation of each sensor.
+        noise: One standard deviation of each sensor; NaN for one that is not there.
     """
 
     force_gain: FloatArray
@@ -53,8 +59,22 @@ class SensorParameters:
     pose_delay_s: float = 0.0
     pose_yaw: float = 0.0
     pose_clock: float = 1.0
+    force_filter_s: float = 0.0
+    force_wander_n: float = 0.0
+    force_wander_s: float = 1.0
+    marker_share: float = 1.0
     swapped: tuple[int, ...] = ()
     noise: TrialNoise = HEALTHY_NOISE
+
+    @property
+    def forces(self) -> bool:
+        """Whether there are transducers."""
+        return math.isfinite(self.noise.force_n)
+
+    @property
+    def markers(self) -> bool:
+        """Whether there are markers on the legs."""
+        return math.isfinite(self.noise.foot_position_m)
 
     @staticmethod
     def healthy(legs: int) -> "SensorParameters":
@@ -70,17 +90,21 @@ class SensorParameters:
 
 
 class ForceChannel:
-    """From the wrench on each transducer to what it reports: gain, bias, drift, low-pass.
+    """From the wrench on each transducer to what it reports: gain, bias, drift, low-pass, coloured noise.
 
     Args:
         sensors: Errors.
+        seed: Of the coloured noise; the white one is the unit's.
     """
 
-    def __init__(self, sensors: SensorParameters) -> None:
+    def __init__(self, sensors: SensorParameters, seed: int = 0) -> None:
         self._sensors = sensors
-        self._last: FloatArray | None = None
+        self._lags_s = [lag for lag in (sensors.force_filter_s, sensors.force_lag_s) if lag > 0]
+        self._last: list[FloatArray] = []
         self._last_ns = 0
         self._start_ns = -1
+        self._random = np.random.default_rng([seed, 0x66])
+        self._wander = np.zeros((len(sensors.force_gain), 3))
 
     def report(self, wrench: FloatArray, t_ns: int) -> FloatArray:
         """Return the reported wrench, (N, 6), of the true one at a time."""
@@ -89,8 +113,22 @@ class ForceChannel:
         reading = wrench * s.force_gain[:, None]
         reading[:, :3] += s.force_bias
         reading[:, 2] += s.force_drift * ((t_ns - self._start_ns) * 1e-9)
-        if s.force_lag_s > 0 and self._last is not None:
-            keep = np.exp(-(t_ns - self._last_ns) * 1e-9 / s.force_lag_s)
-            reading = keep * self._last + (1 - keep) * reading
-        self._last, self._last_ns = reading, t_ns
-        return reading
+        since_s, self._last_ns = (t_ns - self._last_ns) * 1e-9, t_ns
+        stages: list[FloatArray] = []
+        for number, lag_s in enumerate(self._lags_s):
+            if self._last:
+                keep = np.exp(-since_s / lag_s)
+                reading = keep * self._last[number] + (1 - keep) * reading
+            stages.append(reading)
+        self._last = stages
+        return self._wandered(reading, since_s) if s.force_wander_n > 0 else reading
+
+    def _wandered(self, reading: FloatArray, since_s: float) -> FloatArray:
+        """Add a first-order random process to each force."""
+        s = self._sensors
+        keep = np.exp(-since_s / s.force_wander_s)
+        kick = s.force_wander_n * np.sqrt(1 - keep**2)
+        self._wander = keep * self._wander + kick * self._random.standard_normal(self._wander.shape)
+        noisy: FloatArray = reading.copy()
+        noisy[:, :3] += self._wander
+        return noisy

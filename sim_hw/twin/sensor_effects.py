@@ -1,7 +1,7 @@
 """Effects of sensing: what encoders, transducers and cameras report that is not so."""
 
 from model.values.arrays import FloatArray, IntArray
-from sim_hw.twin.effects import ALL, LEG, EffectKind, changed, sets, sets_vector, sized
+from sim_hw.twin.effects import ALL, LEG, EffectKind, adds, adds_vector, changed, scales, sized
 from sim_hw.twin.twin import Twin
 
 
@@ -13,7 +13,7 @@ def _marker_swap(twin: Twin, legs: IntArray, _: FloatArray) -> Twin:
 KINDS = (
     EffectKind(
         "force_gain", "sensing", LEG, (sized("ratio", "", 0.2, 3, 1, 1.1, 1.3),),
-        "the transducer's wrench", sets("sensors.force_gain"),
+        "the transducer's wrench", scales("sensors.force_gain"),
     ),
     EffectKind(
         "force_bias", "sensing", LEG,
@@ -23,47 +23,47 @@ KINDS = (
             sized("z_n", "N", -20, 20, 0, 1.0, 3.0),
         ),
         "added to the transducer's force, its own axes",
-        sets_vector("sensors.force_bias", leg_wise=True),
+        adds_vector("sensors.force_bias", leg_wise=True),
     ),
     EffectKind(
         "force_drift", "sensing", LEG, (sized("n_per_s", "N/s", -1, 1, 0, 0.03, 0.1),),
         "grows on the transducer's vertical force from the start of the stream on",
-        sets("sensors.force_drift"),
+        adds("sensors.force_drift"),
     ),
     EffectKind(
         "force_rotation", "sensing", LEG, (sized("yaw_rad", "rad", -1.6, 1.6, 0, 0.1, 0.3),),
-        "the transducer is mounted turned", sets("sensors.force_yaw"),
+        "the transducer is mounted turned", adds("sensors.force_yaw"),
     ),
     EffectKind(
         "force_delay", "sensing", ALL, (sized("delay_s", "s", 0, 1, 0, 0.06, 0.15),),
-        "the force unit sends what was", sets("sensors.force_delay_s"),
+        "the force unit sends what was", adds("sensors.force_delay_s"),
     ),
     EffectKind(
         "force_lowpass", "sensing", ALL, (sized("time_constant_s", "s", 0, 1, 0, 0.06, 0.15),),
-        "the force unit's filter", sets("sensors.force_lag_s"),
+        "the force unit's filter", adds("sensors.force_lag_s"),
     ),
     EffectKind(
         "pose_delay", "sensing", ALL, (sized("delay_s", "s", 0, 1, 0, 0.06, 0.15),),
-        "the cameras' poses and markers", sets("sensors.pose_delay_s"),
+        "the cameras' poses and markers", adds("sensors.pose_delay_s"),
     ),
     EffectKind(
         "pose_yaw_offset", "sensing", ALL, (sized("yaw_rad", "rad", -0.5, 0.5, 0, 0.03, 0.08),),
-        "the marker frame is turned in the body", sets("sensors.pose_yaw"),
+        "the marker frame is turned in the body", adds("sensors.pose_yaw"),
     ),
     EffectKind(
         "pose_origin_offset", "sensing", ALL,
         (sized("x_m", "m", -0.1, 0.1, 0, 0.01, 0.03), sized("y_m", "m", -0.1, 0.1, 0, 0.0, 0.01)),
-        "the marker frame sits elsewhere in the body", sets_vector("sensors.pose_origin"),
+        "the marker frame sits elsewhere in the body", adds_vector("sensors.pose_origin"),
     ),
     EffectKind(
         "clock_skew", "sensing", ALL, (sized("ratio", "", 1, 1.05, 1, 1.004, 1.012),),
         "the cameras' clock runs faster than the controller's, from the trial's start on",
-        sets("sensors.pose_clock"),
+        scales("sensors.pose_clock"),
     ),
     EffectKind(
         "encoder_scale", "sensing", LEG, (sized("ratio", "", 0.95, 1.05, 1, 1.004, 1.01),),
         "angles and speeds that a servo reports; its control loop has them right",
-        sets("sensors.encoder_scale"),
+        scales("sensors.encoder_scale"),
     ),
     EffectKind(
         "marker_swap", "sensing", LEG, (),

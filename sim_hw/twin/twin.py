@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from model.values.parameters import RobotParameters
 from sim_hw.plant.parameters import PlantParameters
 from sim_hw.twin.sensing import SensorParameters
 
@@ -22,18 +21,3 @@ class Twin:
     plant: PlantParameters
     sensors: SensorParameters
     seed: int
-
-
-def healthy_twin(robot: RobotParameters, seed: int) -> Twin:
-    """Return the twin of a robot file with nothing wrong, on the day that the seed stands for.
-
-    Args:
-        robot: The robot file's parameters.
-        seed: Also of the day's friction, stiffness and centre of mass.
-    """
-    return Twin(
-        names=robot.legs.names,
-        plant=PlantParameters.nominal(robot).scattered(seed),
-        sensors=SensorParameters.healthy(robot.legs.count),
-        seed=seed,
-    )

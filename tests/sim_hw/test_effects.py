@@ -309,16 +309,30 @@ def test_the_ground_holds_against_a_tether() -> None:
     assert force_W(robot)[:, :2].sum(axis=0) == pytest.approx([-4.0, 2.0], abs=0.02)
 
 
-def test_drag_and_added_inertia_slow_a_slide() -> None:
-    speeds = {}
-    for text in ("", "drag:n_s_per_m=400", "inertia_lag:time_constant_s=0.1"):
-        robot = plant(text) if text else plant()
+def test_drag_slows_a_slide() -> None:
+    speeds = []
+    for texts in ((), ("drag:n_s_per_m=400",)):
+        robot = plant(*texts)
         hold(robot, 0.1)
         robot.data.qvel[1] = 0.3
         hold(robot, 0.02)
-        speeds[text] = robot.data.qvel[1]
-    plain, drag, heavy = speeds.values()
-    assert drag < plain < heavy
+        speeds.append(robot.data.qvel[1])
+    assert speeds[1] < speeds[0]
+
+
+def test_sliding_feet_brake_the_towed_mass_in_its_time_constant() -> None:
+    robot = plant("inertia_lag:time_constant_s=0.1")
+    assert force_W(robot)[:, 2].sum() == pytest.approx(WEIGHT, rel=0.01), "it has no weight"
+    ballast = robot._ballast
+    assert ballast is not None
+    hold(robot, 0.05)
+    for axis in range(2):  # 40 mm/s along x, then along y: 20 mm/s slower after its time constant
+        ballast.rate = np.zeros(3)
+        ballast.rate[axis] = robot.data.qvel[axis] = 0.04
+        hold(robot, 0.02)
+        before = ballast.rate[axis]
+        hold(robot, 0.1)
+        assert before - ballast.rate[axis] == pytest.approx(0.02, rel=0.06)
 
 
 def test_a_sticking_foot_is_held_down() -> None:
