@@ -160,7 +160,9 @@ def toy_trial(
     true[:, 3:6] += strange * np.sign(np.sin(2 * np.pi * 5 * hz * time_s))[:, None]
     noise = rng.standard_normal(true.shape) * np.array([NOISE[c.name] for c in CHANNELS])
     seen = true + noise
-    header = TrialHeader(SERVO_BENCH, JOINTS, gait, hz, HZ, "", TrialNoise(math.nan), "", "")
+    header = TrialHeader(
+        SERVO_BENCH, JOINTS, gait, hz, HZ, "", TrialNoise(math.nan), "", "", legs=JOINTS
+    )
     columns = [TableColumn("time_s", time_s)]
     columns += [TableColumn(f"shaft_{j}_rad", seen[:, i]) for i, j in enumerate(JOINTS)]
     columns += [TableColumn(f"force_{j}_z_n", seen[:, 3 + i]) for i, j in enumerate(JOINTS)]
