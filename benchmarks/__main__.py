@@ -7,6 +7,8 @@ figures of one run with each other, not with those of another machine.
 import argparse
 import importlib
 
+from bigant.one_thread import one_thread
+
 NAMES = {
     "model": "benchmarks.model_speed",
     "legs": "benchmarks.legs",
@@ -30,6 +32,7 @@ def main() -> None:
     parser.add_argument(
         "names", nargs="*", choices=[*NAMES, []], metavar="NAME", help=str([*NAMES])
     )
+    one_thread()
     for name in parser.parse_args().names or NAMES:
         print(f"== {name}", flush=True)
         importlib.import_module(NAMES[name]).main()

@@ -4,6 +4,7 @@ import sys
 from typing import NoReturn
 
 from bigant.name_conflict import NameConflict, check_names, leave_folder_out
+from bigant.one_thread import one_thread
 
 WRONG_USAGE = 2  # ExitCode.USAGE, which cannot be imported before the names are known to be ours
 
@@ -20,6 +21,7 @@ def main() -> NoReturn:
     except NameConflict as conflict:
         print(f"bigant: {conflict}", file=sys.stderr)
         raise SystemExit(WRONG_USAGE) from None
+    one_thread()
     from robot.cli import main as command
 
     command.main()
