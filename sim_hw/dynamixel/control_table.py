@@ -60,6 +60,8 @@ class ControlTable:
         self._size = model.table.size
         self._cover, self._pointers = _places(model)
         self._memory = bytearray(self._size)
+        self._values: dict[str, int] = {}  # of all registers, as the bytes have them
+        self._plain_to = min(self._pointers, default=self._size)  # no indirect data before it
         for register in model.table:
             self.set(register.name, register.initial or 0)
         self.set("model_number", model.number)
@@ -74,13 +76,15 @@ class ControlTable:
 
     def get(self, name: str) -> int:
         """Return a register's value."""
-        register = self._registers[name]
-        return register.decode(bytes(self._memory[register.address : register.end]))
+        return self._values[name]
 
     def set(self, name: str, value: int) -> None:
         """Set a register from inside the firmware; no rule applies."""
+        if self._values.get(name) == value:
+            return
         register = self._registers[name]
         self._memory[register.address : register.end] = register.encode(value)
+        self._values[name] = value
 
     def reset_ram(self) -> None:
         """Forget everything that is not kept without power."""
@@ -93,6 +97,8 @@ class ControlTable:
         if length == 0 or address + length > self._size:
             return StatusError.DATA_LENGTH
         addresses = range(address, address + length)
+        if addresses.stop <= self._plain_to and self._gaps_are_zeros:
+            return bytes(self._memory[address : addresses.stop])
         if not self._gaps_are_zeros and not all(a in self._cover for a in addresses):
             return StatusError.ACCESS
         return bytes(self._memory[self._target(a)] for a in addresses)
@@ -162,11 +168,21 @@ class ControlTable:
 
     def write(self, address: int, data: bytes) -> list[str]:
         """Do a write that has been checked; return the names of the registers it touched."""
-        touched: list[str] = []
+        end = address + len(data)
+        if end <= self._plain_to:
+            self._memory[address:end] = data
+            begins = [at for at in range(address, end) if self._cover[at].address == at]
+            return [self._renew(at) for at in begins]
+        touched: dict[str, None] = {}
         for offset, byte in enumerate(data):
             target = self._target(address + offset)
             self._memory[target] = byte
-            register = self._cover[target]
-            if register.name not in touched:
-                touched.append(register.name)
-        return touched
+            touched[self._renew(target)] = None  # at once: it may say where the next byte goes
+        return list(touched)
+
+    def _renew(self, target: int) -> str:
+        """Take the value of the register at an address from its bytes; return its name."""
+        register = self._cover[target]
+        data = bytes(self._memory[register.address : register.end])
+        self._values[register.name] = register.decode(data)
+        return register.name

@@ -7,6 +7,7 @@ K_I = n/65536, K_D = n/16, feedforward n/4. The loop's own rate is not published
 """
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,13 +19,14 @@ from model.values.arrays import BoolArray, FloatArray
 from sim_hw.dynamixel.goal_path import GoalPath
 from sim_hw.plant.structure import REGISTER_LOOP, LoopKind, ServoLoop
 
-CURRENT, VELOCITY, PWM = (
-    int(OperatingMode.CURRENT), int(OperatingMode.VELOCITY), int(OperatingMode.PWM),
+CURRENT, VELOCITY, POSITION, PWM = (
+    int(OperatingMode.CURRENT), int(OperatingMode.VELOCITY), int(OperatingMode.POSITION),
+    int(OperatingMode.PWM),
 )  # fmt: skip
 POSITION_MODES = (
-    OperatingMode.POSITION,
-    OperatingMode.EXTENDED_POSITION,
-    OperatingMode.CURRENT_BASED_POSITION,
+    POSITION,
+    int(OperatingMode.EXTENDED_POSITION),
+    int(OperatingMode.CURRENT_BASED_POSITION),
 )
 # Registers that the loop works from, as the control table has them, and those that turn with Drive Mode.
 COPIED = (
@@ -52,6 +54,7 @@ _NUMBERS = [
     (name, np.float64) for name in ("goal_position", *COPIED, *TURNED, *STATE, *BUILT, *_OTHERS)
 ]
 _SWITCHES = [("torque", np.bool_), ("stopped", np.bool_), ("cascaded", np.bool_)]
+FIELDS = tuple(name for name, _ in (*_NUMBERS, *_SWITCHES))
 SERVO = np.dtype((np.record, np.dtype([*_NUMBERS, *_SWITCHES], align=True)))
 
 
@@ -175,6 +178,7 @@ class FirmwareBank:
 
     Attributes:
         servos: Records of ``SERVO``, (N,).
+        columns: Each of their fields, (N,), by its name; views of them.
         mode: Operating modes, a view of them.
         goal_position: Goals in ticks, a view of them.
         goal_path: What lies between goals and loops, None for nothing.
@@ -190,8 +194,10 @@ class FirmwareBank:
         servos["speed_integral"] = loop.speed_integral * DUTY_FULL
         servos["profile_speed"] = loop.profile_speed / TICK_RAD
         servos["profile_ramp"] = loop.profile_acceleration / TICK_RAD
-        self.mode: FloatArray = self.servos["operating_mode"]
-        self.goal_position: FloatArray = self.servos["goal_position"]
+        self.columns: Mapping[str, FloatArray] = {name: servos[name] for name in FIELDS}
+        self.mode: FloatArray = self.columns["operating_mode"]
+        self.goal_position: FloatArray = self.columns["goal_position"]
+        self._torque: BoolArray = self.servos["torque"]
         self.mode[:] = OperatingMode.POSITION
         self.servos["position_p_gain"] = 850.0
         self.servos["pwm_limit"] = self.servos["goal_pwm"] = DUTY_FULL
@@ -203,14 +209,14 @@ class FirmwareBank:
     @property
     def driven(self) -> BoolArray:
         """True where the output stage is on."""
-        driven: BoolArray = self.servos["torque"].copy()
+        driven: BoolArray = self._torque.copy()
         return driven
 
     def restart(self, index: int, ticks: float) -> None:
         """Begin anew at a position: torque switched on, mode changed, power came back."""
         for name in STATE:
-            self.servos[name][index] = 0.0
-        self.servos["trajectory"][index] = ticks
+            self.columns[name][index] = 0.0
+        self.columns["trajectory"][index] = ticks
         if self.goal_path is not None:
             self.goal_path.restart(index, ticks)
 

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from drivers.dynamixel.frames import Instruction, StatusError
-from drivers.dynamixel.registers import RAM_FROM, OperatingMode, Register
+from drivers.dynamixel.registers import RAM_FROM, Register
 from drivers.dynamixel.servo_model import ServoModel
 from drivers.dynamixel.units import (
     DUTY_FULL,
@@ -26,9 +26,16 @@ from drivers.dynamixel.units import (
 )
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 from sim_hw.dynamixel.control_table import ControlTable
-from sim_hw.dynamixel.firmware import COPIED, POSITION_MODES, TURNED, FirmwareBank
+from sim_hw.dynamixel.firmware import (
+    COPIED,
+    POSITION,
+    POSITION_MODES,
+    TURNED,
+    VELOCITY,
+    FirmwareBank,
+)
 from sim_hw.dynamixel.protection import Protection
-from sim_hw.interfaces import MotorWorld
+from sim_hw.interfaces import MotorReadings, MotorWorld
 
 # Registers that a change of mode sets: first and last of each run.
 GAINS, PROFILE = ("velocity_i_gain", "feedforward_1st_gain"), ("goal_velocity", "profile_velocity")
@@ -72,8 +79,8 @@ class VirtualServo:
         self._index = index
         self._world = world
         self._firmware = firmware
-        self._loop = firmware.servos[index]  # a view: what is written here is what the loop runs on
-        self._loop.current_unit = model.current_unit_a
+        self._loop = firmware.columns  # views: what is written here is what the loop runs on
+        self._loop["current_unit"][index] = model.current_unit_a
         self._rebase_ticks = 0  # turns taken off the continuous encoder by reboot or Clear
         self._heard_ns = 0
         self._awake_ns = 0  # deaf before: it is starting
@@ -137,8 +144,10 @@ class VirtualServo:
         self.table.set("profile_velocity", 0)
         self.table.set("profile_acceleration", 0)
         self._sync_firmware()
-        self._loop.trajectory = self._loop.goal_position = self._shaft()
-        self._loop.stopped = True
+        self._loop["trajectory"][self._index] = self._loop["goal_position"][self._index] = (
+            self._shaft()
+        )
+        self._loop["stopped"][self._index] = True
 
     # Instructions.
 
@@ -197,7 +206,7 @@ class VirtualServo:
             elif wanted != torque_before:
                 self._set_torque(on=wanted)
         if "bus_watchdog" in touched:
-            self._loop.stopped = False
+            self._loop["stopped"][self._index] = False
             self._heard_ns = t_ns
         self._sync_firmware()
         return StatusError.NONE
@@ -235,11 +244,11 @@ class VirtualServo:
     def _clear(self, parameters: bytes) -> StatusError:
         if parameters != CLEAR_MULTI_TURN:
             return StatusError.DATA_RANGE
-        if self._is_moving():
+        if self._is_moving(self._world.motors()):
             return StatusError.RESULT_FAIL
         self._into_one_turn()
         self._goal_is_here()
-        self._loop.trajectory = self._shaft()
+        self._loop["trajectory"][self._index] = self._shaft()
         self._sync_firmware()
         return StatusError.NONE
 
@@ -259,7 +268,7 @@ class VirtualServo:
 
     @property
     def _torque(self) -> bool:
-        return bool(self._loop.torque)
+        return bool(self._loop["torque"][self._index])
 
     @property
     def _shut_down(self) -> bool:
@@ -282,7 +291,7 @@ class VirtualServo:
     def _offset(self) -> int:
         """Present position less what the encoder counts: homing offset, and turns forgotten."""
         offset = self.table.get("homing_offset")
-        if self.table.get("operating_mode") == OperatingMode.POSITION:
+        if self.table.get("operating_mode") == POSITION:
             limit = LARGEST_OFFSET_IN_POSITION_MODE
             offset = max(-limit, min(limit, offset))
         return offset - self._rebase_ticks
@@ -293,13 +302,13 @@ class VirtualServo:
     def _set_torque(self, *, on: bool) -> None:
         self.table.set("torque_enable", int(on))
         if on:
-            if self.table.get("operating_mode") == OperatingMode.POSITION:
+            if self.table.get("operating_mode") == POSITION:
                 self._into_one_turn()
             if self._assumed.goal_at_torque_on == "here":
                 self._goal_is_here()
             self._timed_goal = math.nan, math.nan
             self._firmware.restart(self._index, self._shaft())
-        self._loop.torque, self._loop.stopped = on, False
+        self._loop["torque"][self._index], self._loop["stopped"][self._index] = on, False
 
     def _changed_mode(self) -> None:
         mode = self.table.get("operating_mode")
@@ -310,7 +319,7 @@ class VirtualServo:
         for goal, limit in (("goal_pwm", "pwm_limit"), ("goal_current", "current_limit")):
             if goal in self.table:
                 self.table.set(goal, self.table.get(limit))
-        if mode == OperatingMode.POSITION:
+        if mode == POSITION:
             self._into_one_turn()
         self._goal_is_here()
         self._firmware.restart(self._index, self._shaft())
@@ -324,41 +333,41 @@ class VirtualServo:
 
     def _sync_firmware(self) -> None:
         """Copy the registers the control loop works from."""
-        loop, get, sense = self._loop, self.table.get, self._sense
-        if not loop.stopped:
-            loop.goal_position = sense * (get("goal_position") - self._offset)
+        loop, i, get, sense = self._loop, self._index, self.table.get, self._sense
+        if not loop["stopped"][i]:
+            loop["goal_position"][i] = sense * (get("goal_position") - self._offset)
         if not self._torque:
-            loop.goal_position = loop.trajectory = self._shaft()
+            loop["goal_position"][i] = loop["trajectory"][i] = self._shaft()
         for name in COPIED:
-            setattr(loop, name, get(name))
+            loop[name][i] = get(name)
         for name in TURNED:
             if name in self.table:
-                setattr(loop, name, sense * get(name))
+                loop[name][i] = sense * get(name)
         if get("drive_mode") & TIME_BASED:
             self._plan_by_time()
 
     def _plan_by_time(self) -> None:
         """Give the loop the profile that takes the times in both profile registers [ms]."""
-        loop = self._loop
-        goals = float(loop.goal_position), float(loop.goal_velocity)
+        loop, i = self._loop, self._index
+        goals = float(loop["goal_position"][i]), float(loop["goal_velocity"][i])
         if goals != self._timed_goal:
             self._timed_goal = goals
             whole_s = 1e-3 * self.table.get("profile_velocity")
             ramp_s = 1e-3 * self.table.get("profile_acceleration")
-            if loop.operating_mode == OperatingMode.VELOCITY:
-                speed, gain = 0.0, abs(loop.goal_velocity - loop.ramp_velocity)
+            if loop["operating_mode"][i] == VELOCITY:
+                speed, gain = 0.0, abs(loop["goal_velocity"][i] - loop["ramp_velocity"][i])
             else:
                 ramp_s = min(ramp_s, whole_s / 2)
                 cruise_s = whole_s - ramp_s
-                ticks = abs(loop.goal_position - loop.trajectory)
+                ticks = abs(loop["goal_position"][i] - loop["trajectory"][i])
                 gain = ticks * TICK_RAD / VELOCITY_UNIT_RAD_S / cruise_s if cruise_s else 0.0
                 speed = gain
             self._timed = speed, gain * ACCELERATION_S / ramp_s if ramp_s else 0.0
-        loop.profile_velocity, loop.profile_acceleration = self._timed
+        loop["profile_velocity"][i], loop["profile_acceleration"][i] = self._timed
 
-    def _is_moving(self) -> bool:
+    def _is_moving(self, motors: MotorReadings) -> bool:
         threshold = self.table.get("moving_threshold") * VELOCITY_UNIT_RAD_S
-        return bool(abs(self._world.motors().rate_rad_s[self._index]) > threshold)
+        return bool(abs(motors.rate_rad_s[self._index]) > threshold)
 
     def _measure(self, t_ns: int) -> None:
         """Fill the registers of what is measured."""
@@ -366,32 +375,32 @@ class VirtualServo:
         put("realtime_tick", (t_ns // 1_000_000) % 32768)
         sense = self._sense
         status = self._moving_status()
-        put("moving", int(self._is_moving() or bool(status & PROFILE_ONGOING)))
+        put("moving", int(self._is_moving(motors) or bool(status & PROFILE_ONGOING)))
         put("moving_status", status)
-        put("present_pwm", round(sense * float(loop.pwm)))
+        put("present_pwm", round(sense * float(loop["pwm"][i])))
         if self.table.model.measures_current:
             counts = float(motors.current_a[i]) / self.table.model.current_unit_a
             put("present_current", round(sense * counts))
         else:
-            put("present_load", round(sense * float(loop.pwm) / DUTY_FULL / LOAD_UNIT))
+            put("present_load", round(sense * float(loop["pwm"][i]) / DUTY_FULL / LOAD_UNIT))
         put("present_velocity", round(sense * float(motors.rate_rad_s[i]) / VELOCITY_UNIT_RAD_S))
-        put("present_position", round(self._encoder()) + self._offset)
+        put("present_position", round(sense * float(motors.ticks[i])) + self._offset)
         put("velocity_trajectory", round(sense * self._planned_velocity()))
-        put("position_trajectory", round(sense * float(loop.trajectory)) + self._offset)
+        put("position_trajectory", round(sense * float(loop["trajectory"][i])) + self._offset)
         put("present_input_voltage", round(float(motors.supply_v[i]) / VOLTAGE_UNIT_V))
         put("present_temperature", max(0, round(float(motors.temperature_c[i]))))
 
     def _planned_velocity(self) -> float:
         """What the profile asks for now [counts]."""
-        if self._loop.operating_mode == OperatingMode.VELOCITY:
-            return float(self._loop.ramp_velocity)
-        return float(self._loop.trajectory_rate) * TICK_RAD / VELOCITY_UNIT_RAD_S
+        if self._loop["operating_mode"][self._index] == VELOCITY:
+            return float(self._loop["ramp_velocity"][self._index])
+        return float(self._loop["trajectory_rate"][self._index]) * TICK_RAD / VELOCITY_UNIT_RAD_S
 
     def _moving_status(self) -> int:
-        loop = self._loop
-        ongoing = abs(loop.goal_position - loop.trajectory) > PROFILE_ONGOING_TICKS
-        if not self._torque or loop.operating_mode not in POSITION_MODES or not ongoing:
+        loop, i = self._loop, self._index
+        ongoing = abs(loop["goal_position"][i] - loop["trajectory"][i]) > PROFILE_ONGOING_TICKS
+        if not self._torque or loop["operating_mode"][i] not in POSITION_MODES or not ongoing:
             return IN_POSITION
-        if not loop.profile_velocity:
+        if not loop["profile_velocity"][i]:
             return PROFILE_ONGOING | NO_PROFILE
-        return PROFILE_ONGOING | (TRAPEZOIDAL if loop.profile_acceleration else RECTANGULAR)
+        return PROFILE_ONGOING | (TRAPEZOIDAL if loop["profile_acceleration"][i] else RECTANGULAR)
