@@ -23,6 +23,7 @@ from robot.campaign.case import (
     read_answer,
     read_case,
 )
+from robot.campaign.plan import campaign_reality, read_scenario
 from robot.campaign.score_text import score_lines, score_markdown
 from robot.campaign.seal import OPEN_NAME, SEALED_NAME, read_key, unseal
 from robot.campaign.visible import Visibility, measure_visibility
@@ -62,7 +63,9 @@ def check_campaign(request: GapCheckRequest) -> ExitCode:
     ]
     answer_all(without_effect, request.jobs, "without their effect")
     standing = commission_case(blind[0], out / STANDING) if blind[0].references else ()
-    visible = measure_visibility(files, labels, request.scenario, out, request.jobs, standing)
+    reality = campaign_reality(request.campaign)
+    scenario = None if request.scenario is None else read_scenario(request.scenario, reality)
+    visible = measure_visibility(files, labels, scenario, out, request.jobs, standing)
     unknown = Visibility(nan, nan)
     cases = [
         CheckedCase(

@@ -17,6 +17,7 @@
     repeats = 1
     pairs = 25                              # cases with two effects of different stages
     outside = 15                            # cases with an effect that no catalogue has
+    singles = 30                            # so many of the single-effect cases, drawn; all without the key
 
 Legs, signs, sizes and days are drawn; names of cases say nothing.
 """
@@ -29,23 +30,32 @@ from pathlib import Path
 import numpy as np
 
 from model.effects.leg_kinds import why_not
-from model.errors import ConfigError
+from model.errors import ConfigError, RecordError
 from model.parameters.tables import parse_table
 from model.parameters.toml_table import Table
+from record.json_text import read_json
 from record.toml_file import reading
 from robot.config.gait_file import with_gait
 from robot.config.robot_file import RobotConfig, load_robot
+from robot.console.json_output import json_text
+from robot.virtual.reality_robot import robot_in
 from robot.virtual.twin_run import WalkPlan, plan_of
+from sim_hw.realities.catalogue import USUAL, find_reality, why_not_in
+from sim_hw.realities.reality import Reality
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import LEG, EffectKind, EffectParameter, TwinEffect, find_kind
 
 ID_LETTERS = 10
+REALITY_NAME = "reality.json"
 OF_FORCE_SENSORS = "force_"  # how the names of their effects begin
 
 
 @dataclass(frozen=True, slots=True)
 class CampaignScenario:
-    """A scenario file, read: its keys as above, with the walks of a case and of the references planned."""
+    """A scenario file, read: its keys as above, with the walks of a case and of the references planned.
+
+    ``skipped`` are effects that the reality cannot have, each with the reason in words.
+    """
 
     seed: int
     robots: tuple[Path, ...]
@@ -57,6 +67,17 @@ class CampaignScenario:
     repeats: int
     pairs: int
     outside: int
+    singles: int | None = None
+    reality: Reality = USUAL
+    skipped: tuple[tuple[str, str], ...] = ()
+
+    def config(self, number: int) -> RobotConfig:
+        """Return the robot of a number in the scenario's reality.
+
+        Raises:
+            ConfigError: Its file cannot be used.
+        """
+        return robot_in(self.reality, load_robot(self.robots[number]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,35 +95,65 @@ class CampaignCase:
     seeds: tuple[int, ...]
 
 
-def read_scenario(path: Path) -> CampaignScenario:
-    """Read a scenario file.
+def read_scenario(path: Path, reality: Reality = USUAL) -> CampaignScenario:
+    """Read a scenario file for robots that are built as in a reality.
 
     Raises:
         ConfigError: It cannot be read, or asks for what cannot be.
     """
     with reading(path, "the scenario") as text:
-        return _scenario(path, parse_table(text, "scenario"))
+        return _scenario(path, parse_table(text, "scenario"), reality)
 
 
-def _scenario(path: Path, top: Table) -> CampaignScenario:
+def reality_text(scenario: CampaignScenario) -> str:
+    """Return what a campaign's folder says of its reality: nothing of what is wrong in its cases."""
+    reality = scenario.reality
+    words = {"reality": reality.name, "differs": reality.differs, "skipped": dict(scenario.skipped)}
+    return json_text(words, indent=1) + "\n"
+
+
+def campaign_reality(folder: Path) -> Reality:
+    """Return the reality of a campaign; the usual one without a word of it.
+
+    Raises:
+        RecordError: The file that names it is damaged.
+    """
+    path = folder / REALITY_NAME
+    if not path.is_file():
+        return USUAL
+    try:
+        return find_reality(str(read_json(path)["reality"]))
+    except (OSError, ValueError, KeyError, TypeError, ConfigError) as error:
+        raise RecordError(f"{path} names no reality ({error}); make the campaign again") from error
+
+
+def _scenario(path: Path, top: Table, reality: Reality) -> CampaignScenario:
     campaign = top.table("campaign")
     robots = tuple(path.parent / name for name in campaign.texts("robots"))
-    configs = [load_robot(robot) for robot in robots]
+    configs = [robot_in(reality, load_robot(robot)) for robot in robots]
     config = configs[0]
     seconds = campaign.number("seconds", above=0)
     conditions = _conditions(top.table("conditions"), config, seconds, path.parent)
     cases = top.table("cases")
+    names = _effect_names(cases, configs)
+    every = {**dict.fromkeys(names), **{k.name: None for k in EFFECTS if not k.catalogued}}
+    skipped = tuple((name, why) for name in every if (why := why_not_in(reality, name)))
     scenario = CampaignScenario(
         seed=campaign.integer("seed", minimum=0, maximum=2**31),
         robots=robots,
         plans=conditions,
         references=_references(top.table("references"), config, seconds, path.parent, conditions),
         controls=cases.integer("controls", minimum=0, maximum=100000),
-        effects=_effect_names(cases, configs),
+        effects=tuple(name for name in names if not why_not_in(reality, name)),
         severities=_severities(cases),
         repeats=cases.integer("repeats", minimum=1, maximum=1000),
         pairs=cases.integer("pairs", minimum=0, maximum=100000),
         outside=cases.integer("outside", minimum=0, maximum=100000),
+        singles=(
+            cases.integer("singles", minimum=0, maximum=100000) if cases.has("singles") else None
+        ),
+        reality=reality,
+        skipped=skipped,
     )
     for table in (campaign, cases, top):
         table.done()
@@ -194,20 +245,30 @@ def draw_cases(scenario: CampaignScenario, entropy: bytes) -> tuple[CampaignCase
     random = np.random.default_rng(list(entropy))
     legs = load_robot(scenario.robots[0]).parameters.legs.names
     inside = [find_kind(name, EFFECTS) for name in scenario.effects]
-    outside = [kind for kind in EFFECTS if not kind.catalogued]
+    outside = [
+        kind
+        for kind in EFFECTS
+        if not kind.catalogued and not why_not_in(scenario.reality, kind.name)
+    ]
     wrong: list[tuple[str, tuple[TwinEffect, ...]]] = [("control", ())] * scenario.controls
-    for kind in inside:
-        for span in scenario.severities:
-            wrong.extend(
-                ("single", (_draw(kind, span, legs, random),)) for _ in range(scenario.repeats)
-            )
+    single = [
+        (kind, span)
+        for kind in inside
+        for span in scenario.severities
+        for _ in range(scenario.repeats)
+    ]
+    if scenario.singles is not None:
+        order = random.permutation(len(single))[: scenario.singles]
+        single = [single[number] for number in order]
+    wrong.extend(("single", (_draw(kind, span, legs, random),)) for kind, span in single)
     whole = (scenario.severities[0][0], scenario.severities[-1][1])
     for _ in range(scenario.pairs):
         first, second = _two_stages(inside, random)
         pair = (_draw(first, whole, legs, random), _draw(second, whole, legs, random))
         wrong.append(("pair", pair))
+    start = 0 if scenario.reality == USUAL else int(random.integers(len(outside)))
     for at in range(scenario.outside):
-        kind = outside[at % len(outside)]
+        kind = outside[(start + at) % len(outside)]
         wrong.append(("outside", (_draw(kind, whole, legs, random),)))
     cases = []
     for number, (label, effects) in enumerate(wrong):

@@ -21,7 +21,10 @@ from record.trial.trial import Trial
 from record.whole_file import whole_file
 from robot.campaign.plan import CampaignScenario, draw_cases, reference_seeds
 from robot.config.robot_file import load_robot
+from robot.virtual.reality_robot import robot_in
 from robot.virtual.twin_run import WalkPlan, make_twin, walk_fast
+from sim_hw.realities.catalogue import USUAL
+from sim_hw.realities.reality import Reality
 from sim_hw.twin.effects import TwinEffect
 
 # All files of a campaign say that they were made then.
@@ -30,13 +33,17 @@ STAMP_UNIX_S = 1_700_000_000
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """One trial to be made: a robot file, what is wrong, the walk, the seed of day and noise, the file."""
+    """One trial to be made: a robot file, what is wrong, the walk, the seed of day and noise, the file.
+
+    ``reality`` is how the robot is built.
+    """
 
     robot: Path
     effects: tuple[TwinEffect, ...]
     plan: WalkPlan
     seed: int
     out: Path
+    reality: Reality = USUAL
 
     @property
     def done(self) -> bool:
@@ -58,19 +65,21 @@ def campaign_jobs(scenario: CampaignScenario, entropy: bytes, folder: Path) -> t
     for robot_at, robot in enumerate(scenario.robots):
         for at, seed in enumerate(reference_seeds(scenario, entropy)):
             name = f"references/robot_{robot_at + 1}_{at + 1}.parquet"
-            jobs.append(Job(robot, (), scenario.references[at], seed + robot_at, folder / name))
+            plan = scenario.references[at]
+            jobs.append(Job(robot, (), plan, seed + robot_at, folder / name, scenario.reality))
     for case in draw_cases(scenario, entropy):
         for at, (plan, seed) in enumerate(zip(scenario.plans, case.seeds, strict=True)):
             out = folder / "cases" / case.name / f"trial_{at + 1}.parquet"
-            jobs.append(Job(scenario.robots[case.robot], case.effects, plan, seed, out))
+            robot = scenario.robots[case.robot]
+            jobs.append(Job(robot, case.effects, plan, seed, out, scenario.reality))
     return tuple(jobs)
 
 
 def run_job(job: Job) -> Failure | None:
     """Make one trial; what goes wrong comes back as a value."""
     try:
-        config = load_robot(job.robot)
-        twin = make_twin(config, job.effects, job.seed)
+        config = robot_in(job.reality, load_robot(job.robot))
+        twin = make_twin(config, job.effects, job.seed, job.reality)
         _write(walk_fast(config, twin, job.plan, lambda _: None), job.out)
     except (BigantError, OSError) as error:
         return Failure(job.out, str(error))

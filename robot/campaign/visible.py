@@ -26,8 +26,7 @@ from model.values.arrays import FloatArray
 from record.json_text import read_json
 from record.trial.trial import Trial
 from robot.campaign.case import CaseFiles, Label, keep_json, read_case
-from robot.campaign.plan import CampaignScenario, read_scenario
-from robot.config.robot_file import load_robot
+from robot.campaign.plan import CampaignScenario
 from robot.console.progress import ProgressBar
 from robot.virtual.twin_run import make_twin, walk_fast
 
@@ -69,7 +68,7 @@ class _Healthy(NamedTuple):
 def measure_visibility(
     files: Sequence[CaseFiles],
     labels: Mapping[str, Label],
-    scenario: Path | None,
+    scenario: CampaignScenario | None,
     out: Path,
     jobs: int,
     standing: tuple[Cause, ...],
@@ -80,7 +79,6 @@ def measure_visibility(
     there are fewer than ``FEWEST_CONTROLS``. ``standing`` is what the references show already.
 
     Raises:
-        ConfigError: The scenario file cannot be used.
         RecordError: The file of kept figures is damaged.
     """
     kept = out / "seen.json"
@@ -92,7 +90,7 @@ def measure_visibility(
             }
         except (OSError, ValueError, TypeError, AttributeError) as error:
             raise RecordError(f"{kept}: {error!r}; delete it to measure again") from error
-    plan = None if scenario is None else read_scenario(scenario)
+    plan = scenario
     healthy: list[_Healthy] = []
     if plan is None:
         controls = [one for one in files if labels[one.name].kind == CONTROL]
@@ -154,9 +152,9 @@ def _change(
             beyond = (ill[:n] - known.mean[:n]) ** 2 - known.variance[:n] * (1 + 1 / known.walks)
             squares.append(np.fmax(_mean_known(beyond), 0.0))
     else:  # the same days by the twin, without the effects
-        config = load_robot(scenario.robots[label.robot])
+        config, reality = scenario.config(label.robot), scenario.reality
         for ill, plan, seed in zip(values, scenario.plans, label.seeds, strict=True):
-            walk = walk_fast(config, make_twin(config, (), seed), plan, lambda _: None)
+            walk = walk_fast(config, make_twin(config, (), seed, reality), plan, lambda _: None)
             well = _values(simulator, walk)
             n = min(len(ill), len(well))
             squares.append(_mean_known((ill[:n] - well[:n]) ** 2))

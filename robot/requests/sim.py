@@ -113,11 +113,16 @@ class SimCampaignRequest:
     Makes DIR/references/*.parquet and DIR/cases/NAME/trial_*.parquet; nothing about these files says what
     is wrong in them. Labels go to DIR/labels.json, or with --sealed, encrypted, to DIR/labels.sealed,
     with hashes published beside them. A campaign that was broken off goes on where it stood when the same
-    command is given again. A scenario file is described in docs/twin.md.
+    command is given again. With --reality the robots are built as `bigant sim realities` lists, and each
+    reality has its campaign in DIR/NAME; effects that it cannot have are skipped and listed. A scenario
+    file is described in docs/twin.md.
     """
 
     scenario: Path = argument("FILE", "scenario file, TOML")
     out: Path = needed(metavar="DIR")
+    reality: str | None = option(
+        "how the robots are built, or all for one campaign of each", "NAME|all"
+    )
     jobs: int = option("processes (default: one a core)", "N", default=os.cpu_count() or 1)
     dask: str | None = option(
         "scheduler of a Dask cluster that sees DIR as well", "tcp://HOST:PORT"
