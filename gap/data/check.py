@@ -26,6 +26,7 @@ from gap.data.columns import (
 from gap.data.time_lag import lag_faults
 from gap.interfaces import DataFault
 from model.values.arrays import BoolArray, FloatArray
+from record.trial.table_check import SAMPLED_S
 from record.trial.trial import Place, Trial, trial_places
 
 FROZEN_S = 0.5
@@ -52,7 +53,7 @@ NOISY = ("shaft_rad", "foot_m", "force_n", "body_position_m", "body_angles_rad",
 
 def check_trial(trial: Trial) -> tuple[DataFault, ...]:
     """Look for faults in any machine's trial."""
-    time = tuple(faults_of("time_s", _time(trial)))
+    time = time_faults(trial)
     if any(fault.kind == "unit" for fault in time):
         return time  # nothing that has to do with time can be checked
     period = float(np.median(np.diff(trial.time_s))) if len(trial.time_s) > 1 else 1.0
@@ -64,6 +65,11 @@ def check_trial(trial: Trial) -> tuple[DataFault, ...]:
     return (*time, *columns, *_shafts(trial), *lag_faults(trial))
 
 
+def time_faults(trial: Trial) -> tuple[DataFault, ...]:
+    """Look for faults of a trial's times alone."""
+    return tuple(faults_of("time_s", _time(trial)))
+
+
 def _time(trial: Trial) -> Iterator[Sign]:
     steps = np.diff(trial.time_s)
     if len(steps) == 0:
@@ -71,6 +77,12 @@ def _time(trial: Trial) -> Iterator[Sign]:
     usual, rate = float(np.median(steps)), trial.header.sample_rate_hz
     if np.isfinite(rate) and rate > 0 and not 0.01 <= usual * rate <= 100:
         words = f"samples lie {usual:g} apart, {1 / rate:g} s by the header: time is not in seconds"
+        yield "unit", words, True
+        return
+    if not SAMPLED_S[0] <= usual <= SAMPLED_S[1]:
+        words = (
+            f"samples lie {usual:g} s apart: time is not in seconds; name its unit in the map (ms)"
+        )
         yield "unit", words, True
         return
     long = steps > max(GAP_S, 5 * usual)
@@ -100,7 +112,8 @@ def _column(trial: Trial, place: Place, period: float) -> Iterator[Sign]:
         if place.field != "current_a":  # motors do draw lone peaks
             yield from _spikes(known)
     if place.field in SIGNED:
-        yield from _saturated(known)
+        if place.field != "pwm":  # what a controller asks for ends at its limit: no sensor's fault
+            yield from _saturated(known)
         if not (place.field == "force_n" and place.index[-1] == 2):
             yield from _magnitude(known)
 

@@ -15,6 +15,7 @@ from gap.diagnosis.how_far import ChannelRms, channel_rms
 from gap.interfaces import Cause, Drive, Scope, Simulator, places_for
 from gap.residuals.evidence import errors
 from gap.residuals.floor import rms
+from gap.residuals.hold_out import HoldOut
 from gap.residuals.parts import TrialPart, block_starts, split
 from gap.residuals.predictions import Misfit, Predictor
 from gap.search.candidates import Candidate
@@ -63,6 +64,7 @@ def each_alone(
     simulator: Simulator,
     sets: Sequence[tuple[str, ...]],
     progress: Callable[[str, float], None] | None = None,
+    hold_out: HoldOut | None = None,
 ) -> tuple[Alone, ...]:
     """Fit sets of effects, each by itself.
 
@@ -71,11 +73,12 @@ def each_alone(
         simulator: Its simulator.
         sets: Names of effects that act together; a set of one is an effect alone.
         progress: Gets the set at work and the share that is done.
+        hold_out: Which of the trials judge; None holds out evenly.
 
     Raises:
         GapError: An effect is not of the catalogue, or nothing can be compared.
     """
-    fitted, held = split(simulator, trials)
+    fitted, held = split(simulator, trials, hold_out)
     predictor = Predictor(simulator, trials)
     squares, judge = _Squares(predictor, fitted), _Squares(predictor, held)
     if not np.isfinite(squares.scale).any():

@@ -6,6 +6,7 @@ from gap.delegate import Delegate
 from gap.diagnosis.how_far import HowFar, how_far
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Drive, Effect, Scope, Simulator
+from gap.residuals.hold_out import HoldOut
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 
@@ -37,6 +38,7 @@ def remeasure(
     after: Simulator,
     seed: int = 0,
     progress: Callable[[float], None] = lambda share: None,
+    hold_out: HoldOut | None = None,
 ) -> HowFar:
     """Measure the gap with both simulators on the trials that a diagnosis holds out.
 
@@ -50,11 +52,12 @@ def remeasure(
         after: The simulator of the corrected file.
         seed: Of the resampling.
         progress: Gets the share that is done.
+        hold_out: Which of the trials judge; None holds out evenly.
 
     Raises:
         GapError: A trial cannot be compared.
     """
     switch = _Switch(before, after, progress)
-    study = make_study(trials, switch, references)
+    study = make_study(trials, switch, references, hold_out=hold_out)
     switch.expected = len(study.fitted) + len(study.references) + 2 * len(study.held)
     return how_far(study.held_evidence(), (Cause(_CORRECTED.name, (), ()),), seed)

@@ -15,6 +15,7 @@ from gap.diagnosis.detection import Healthy, healthy_runs
 from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
 from gap.residuals.floor import Floor, make_floor, rms
+from gap.residuals.hold_out import HoldOut
 from gap.residuals.parts import TrialPart, split, whole_parts
 from gap.residuals.predictions import Predictor
 from model.errors import GapError
@@ -130,14 +131,17 @@ def make_study(
     simulator: Simulator,
     references: Sequence[Trial] = (),
     executor: Executor | None = None,
+    hold_out: HoldOut | None = None,
 ) -> Study:
     """Observe trials and references, and hold some of the trials out; arguments as of ``diagnose``.
+
+    ``hold_out`` says which of them judge; None holds out evenly.
 
     Raises:
         GapError: There are no trials, or one cannot be compared with the simulator.
     """
     if not trials:
         raise GapError("there is no trial to diagnose; give at least one")
-    fitted, held = split(simulator, trials)
+    fitted, held = split(simulator, trials, hold_out)
     known = whole_parts(simulator, references, len(trials))
     return Study(Predictor(simulator, (*trials, *references), executor), fitted, held, known)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.interfaces import Observation, Simulator
+from gap.residuals.hold_out import HoldOut
 from model.errors import GapError
 from model.values.arrays import FloatArray, IntArray
 from record.trial.trial import Trial
@@ -88,21 +89,31 @@ def part_of(index: int, trial: Trial, observation: Observation, first: int, last
 
 
 def split(
-    simulator: Simulator, trials: Sequence[Trial]
+    simulator: Simulator, trials: Sequence[Trial], hold_out: HoldOut | None = None
 ) -> tuple[tuple[TrialPart, ...], tuple[TrialPart, ...]]:
     """Return the parts to fit to, and those that are held out to judge.
 
+    Args:
+        simulator: Puts trials on its channels.
+        trials: Measured runs.
+        hold_out: What judges; None holds out evenly.
+
     Raises:
-        GapError: There are too few frames.
+        GapError: There are too few frames, or nothing is left to fit to.
     """
     # a gait that is not known is a gait like any other
     wholes = [part for part in whole_parts(simulator, trials) if part.frames >= FEWEST_FRAMES]
     if not wholes:
         raise GapError("the trials have too few usable samples; record longer ones")
-    if len({part.gait for part in wholes}) == len(wholes):
+    if hold_out is not None:
+        hold_out.check([part.trial for part in wholes])
+    alone = len({part.gait for part in wholes}) == len(wholes)
+    if alone if hold_out is None else hold_out.last_third:
         pairs = [_split_one(trials[part.trial], part) for part in wholes]
         return tuple(fit for fit, _ in pairs), tuple(judge for _, judge in pairs)
     held = _held_out(wholes)
+    if hold_out is not None:
+        held = {i for i, part in enumerate(wholes) if part.trial in hold_out.trials}
     return (
         tuple(part for i, part in enumerate(wholes) if i not in held),
         tuple(part for i, part in enumerate(wholes) if i in held),

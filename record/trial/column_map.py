@@ -32,7 +32,8 @@ from record.trial.body_pose import ORIENTATIONS, BodyColumns, BodyFrame, read_bo
 from record.trial.clock_alignment import FileClock, read_clock
 from record.trial.cut import Cut, read_cut
 from record.trial.header import TrialHeader
-from record.trial.header_file import errors_of, parse_header, parse_toml, read_text
+from record.trial.header_file import errors_of, parse_toml, read_text
+from record.trial.header_form import TABLES, HeaderForm
 from record.trial.imu_tilt import IMU_QUATERNION
 from record.trial.ros_bag import BagMap, read_bag_map
 from record.trial.table_check import TableFinding
@@ -109,6 +110,7 @@ class ColumnMap:
         sources: The columns it names.
         delimiter: Between fields of a CSV file.
         header: The trial's header as far as the map tells; None if it does not.
+        form: The same where it differs from run to run; None where it does not.
         period_s: Time between rows where no column tells the time; NaN otherwise.
         each_array: Whether every array of a .npz file is a table of its own.
         cut: Which rows make the trial.
@@ -121,6 +123,7 @@ class ColumnMap:
     sources: tuple[Source, ...] = ()
     delimiter: str = ","
     header: TrialHeader | None = None
+    form: HeaderForm | None = None
     period_s: float = math.nan
     each_array: bool = False
     cut: Cut = NO_CUT
@@ -191,12 +194,15 @@ def read_column_map(path: Path) -> ColumnMap:
             bag=read_bag_map(top.maybe_table("bag")),
             files=tuple(_other_file(files, name) for name in files.names()),
         )
-        header = {key: data[key] for key in ("trial", "noise") if top.has(key)}
+        header = {key: data[key] for key in TABLES if top.has(key)}
         for one in (about, files, top):
             one.done()
     if not header:
         return given
-    return replace(given, header=parse_header(header, path, top.maybe_table("columns").names()))
+    form = HeaderForm(header, path, top.maybe_table("columns").names())
+    if form.of_each_run:
+        return replace(given, form=form)
+    return replace(given, header=form.header_of("", {}))
 
 
 def _one_table(top: Table) -> ColumnMap:

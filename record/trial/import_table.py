@@ -18,6 +18,7 @@ from record.trial.body_pose import ORIENTATIONS, posed
 from record.trial.column_map import ColumnMap, Source, complete_sources, summed
 from record.trial.derive import with_speeds
 from record.trial.header import LEGGED, TrialHeader, joints_of
+from record.trial.header_constants import with_constants
 from record.trial.header_file import read_header
 from record.trial.imu_tilt import IMU_QUATERNION, levelled
 from record.trial.raw_check import raw_findings
@@ -118,8 +119,10 @@ def import_part(
     """
     table = _with_time(one.table, given)
     findings: list[TableFinding] = [*one.findings]
-    header = _header(path, table, given, findings)
+    header = _header(path, one, given, findings)
     sources = complete_sources(given, header.names, table.names, path)
+    mapped = given.form.from_arrays(one.arrays) if given.form else ()
+    header = with_constants(header, one.arrays, sources, findings, mapped)
     names = tuple(dict.fromkeys(source.ours for source in sources))
     if "time_s" not in names:
         raise RecordError(
@@ -184,10 +187,12 @@ def _cut(
 
 
 def _header(
-    path: Path, table: DataTable, given: ColumnMap, findings: list[TableFinding]
+    path: Path, one: SourceTable, given: ColumnMap, findings: list[TableFinding]
 ) -> TrialHeader:
     header_file = path.with_suffix(".toml")
-    ours = (*(source.ours for source in given.sources), *table.names)
+    ours = (*(source.ours for source in given.sources), *one.table.names)
+    if given.form is not None:
+        return given.form.header_of(path.stem, one.arrays)
     if given.header is not None:
         return given.header
     if header_file.is_file():

@@ -2,18 +2,19 @@
 
 In a .npz file the columns are its arrays: ``t`` of shape (T,) is a column of that name, ``pos`` of shape
 (T, 6) are the columns ``pos[0]`` to ``pos[5]``. Or every array is a table of its own, with columns ``0``,
-``1`` and so on (``each_array`` of the map). An array of another length than the first is left out and
-listed.
+``1`` and so on (``each_array`` of the map). An array of another length than the longest is left out and
+listed; one with a number a joint goes with the trial as a constant of its log.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from model.errors import RecordError
+from model.values.arrays import FloatArray
 from record.trial.column_map import ColumnMap
 from record.trial.foreign_file import foreign_file
 from record.trial.table_check import TableFinding
@@ -30,11 +31,13 @@ class SourceTable:
         name: Which of the file's tables; empty where it holds one.
         table: The table.
         findings: What is odd about it already.
+        arrays: What the file has besides samples: numbers in a row of another length, by name.
     """
 
     name: str
     table: DataTable
     findings: tuple[TableFinding, ...] = ()
+    arrays: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 @contextmanager
@@ -77,15 +80,17 @@ def _of_arrays(path: Path, given: ColumnMap) -> tuple[SourceTable, ...]:
 
 
 def _joined(arrays: list[tuple[str, np.ndarray]]) -> SourceTable:
-    rows = len(arrays[0][1])
-    columns, findings = [], []
+    first, rows = max(((name, len(one)) for name, one in arrays), key=lambda pair: pair[1])
+    columns, findings, others = [], [], {}
     for name, one in arrays:
         if len(one) == rows:
             columns += _split(name, one)
             continue
-        words = f"has {len(one)} rows where {arrays[0][0]} has {rows}"
+        if one.ndim == 1:
+            others[name] = one.astype(np.float64)
+        words = f"has {len(one)} rows where {first} has {rows}"
         findings.append(TableFinding("ignored", name, len(one), 0, words))
-    return SourceTable("", DataTable(tuple(columns), rows), tuple(findings))
+    return SourceTable("", DataTable(tuple(columns), rows), tuple(findings), others)
 
 
 def _split(name: str, one: np.ndarray) -> list[TableColumn]:

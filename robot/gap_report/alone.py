@@ -9,6 +9,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
 from robot.console.progress import ProgressBar
 from robot.console.table import Column, table_lines
+from robot.gap_report.split import with_hold_out
 from robot.gap_report.trials import read_runs
 from robot.gap_report.words import parameters_of
 from robot.requests.gap import GapAloneRequest
@@ -25,12 +26,13 @@ def fit_alone(request: GapAloneRequest) -> ExitCode:
         RecordError: A trial cannot be read.
         GapError: The trials cannot be compared with a simulator, or an effect is not known.
     """
-    runs = read_runs(request.trials, joints=request.joint)
+    runs = read_runs(request.trials, joints=request.joint, machine=request.machine)
+    runs = with_hold_out(runs, request.trials, request.hold_out)
     trials, simulator = runs.trials, runs.simulator()
     effects = {effect.name: effect for effect in simulator.effects}
     sets = [tuple(text.split("+")) for text in request.effect] or [(name,) for name in effects]
     with ProgressBar("alone") as bar:
-        fits = each_alone(trials, simulator, sets, bar.tell)
+        fits = each_alone(trials, simulator, sets, bar.tell, runs.hold_out)
     result = [_as_json(one, effects) for one in fits]
     print_result(result, _lines(fits, effects), as_json=request.json)
     return ExitCode.OK

@@ -6,8 +6,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from gap.diagnosis.as_json import diagnosis_json
-from gap.diagnosis.diagnose import Progress, Proposer, diagnose, silent
+from gap.diagnosis.diagnose import Progress, Proposer, diagnose_study, silent
 from gap.diagnosis.findings import Diagnosis, Verdict
+from gap.diagnosis.study import make_study
 from gap.interfaces import Simulator
 from gap.residuals.predictions import prediction_pool
 from model.errors import ConfigError, GapError
@@ -16,8 +17,9 @@ from record.whole_file import check_room, write_text
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import check_json, give_json, to_stdout
 from robot.console.progress import ProgressBar
-from robot.console.screen_fit import terminal_width
+from robot.console.screen_fit import terminal_width, wrapped
 from robot.gap_report.legged import proposer_of
+from robot.gap_report.split import split_lines, with_hold_out
 from robot.gap_report.summary import summary_lines
 from robot.gap_report.trials import Runs, read_runs
 from robot.gap_report.words import machine_words
@@ -34,8 +36,15 @@ def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
     """
     check_json(request.json)
     check_room(request.html, "--html", ".html")
-    runs = read_runs(request.trials, request.reference, request.robot, request.joint)
+    runs = read_runs(
+        request.trials, request.reference, request.robot, request.joint, request.machine
+    )
+    runs = with_hold_out(runs, request.trials, request.hold_out)
     simulator = simulator_of(runs, request)
+    if not to_stdout(request.json):
+        for line in split_lines(runs, simulator, request.trials, request.hold_out):
+            print("\n".join(wrapped(line, terminal_width())), flush=True)
+        print()
     with ProgressBar("diagnosis") as bar:
         diagnosis = diagnosis_of(runs, simulator, request, bar.tell)
     paths = (*request.trials, *request.reference)
@@ -64,6 +73,7 @@ def diagnosis_result(d: Diagnosis, paths: Sequence[Path], runs: Runs) -> dict[st
         "files": paths,
         "references": len(runs.references),
         "robot": runs.robot,
+        "machine": runs.machine,
     }
 
 
@@ -84,10 +94,8 @@ def diagnosis_of(
     trials, references, jobs = runs.trials, runs.references, request.jobs
     pool = nullcontext() if jobs == 1 else prediction_pool(simulator, trials, references, jobs)
     with pool as executor:
-        return diagnose(
-            trials, simulator, references, executor=executor, progress=progress,
-            seed=request.seed, proposer=_proposer(runs, simulator),
-        )  # fmt: skip
+        study = make_study(trials, simulator, references, executor, runs.hold_out)
+        return diagnose_study(study, progress, request.seed, _proposer(runs, simulator))
 
 
 def simulator_of(runs: Runs, request: GapDiagnoseRequest) -> Simulator:

@@ -38,7 +38,7 @@ def _cost_words(simulator: Simulator, runs: Runs, jobs: int) -> str:
     began_s = time.perf_counter()
     simulator.predict(runs.trials[0], (), Drive.COMMAND)  # remembered
     spent_s = time.perf_counter() - began_s
-    fitted, _ = split(simulator, runs.trials)
+    fitted, _ = split(simulator, runs.trials, runs.hold_out)
     numbers = sum(max(1, len(one.effect.parameters)) for one in candidates_of(simulator))
     walks = len(runs.trials) + len(runs.references) + numbers * len(fitted)
     return (
@@ -51,7 +51,9 @@ def _screened(runs: Runs, count: int) -> tuple[str, ...]:
     """Names of the effects with which the chain would gain most, of those that MuJoCo has."""
     chain = runs.simulator()
     with ProgressBar("screening by the chain") as bar:
-        evidence = make_study(runs.trials, chain, runs.references).evidence(Drive.MEASURED)
+        evidence = make_study(runs.trials, chain, runs.references, hold_out=runs.hold_out).evidence(
+            Drive.MEASURED
+        )
         signatures = make_signatures(evidence, candidates_of(chain), (), bar.show)
         ranked = gains(signatures, evidence.base, evidence.weights(evidence.base))
     known = {effect.name for effect in twin_catalogue()}

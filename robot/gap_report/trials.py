@@ -14,6 +14,7 @@ from gap.machine_kinds import (
     machine_kinds,
     simulator_of,
 )
+from gap.residuals.hold_out import HoldOut
 from model.errors import GapError
 from record.log.export import export_trial
 from record.log.reader import LogContents
@@ -33,6 +34,7 @@ class Runs:
         kind: What kind of machine they are of.
         robot: File that replaces the one recorded with the trials; None for that one.
         machine: What ``--machine`` names; empty where the machine's file says the kind.
+        hold_out: Which of the trials judge; None holds out evenly.
     """
 
     trials: tuple[Trial, ...]
@@ -40,6 +42,7 @@ class Runs:
     kind: MachineKind
     robot: Path | None = None
     machine: str = ""
+    hold_out: HoldOut | None = None
 
     @property
     def robot_text(self) -> str:

@@ -20,6 +20,14 @@ from robot.console.arguments import (
 CHAIN, MUJOCO = "chain", "mujoco"
 ONLY_JOINT = "only this joint of a bench of servos; may be given again"
 OWN_EFFECTS = "effects of your own (run as Python: open only files that you trust)"
+MACHINE = (
+    "machine of your own, FILE.py:make (run as Python: open only files that you trust), or an MJCF or URDF "
+    "(default: the machine's file that the trials name)"
+)
+HOLD_OUT = (
+    "judge by the runs with this condition, such as trajectory=lift; trial=NAME is one run, last-third the "
+    "end of each; may be given again (default: runs spread evenly)"
+)
 CORES = min(os.cpu_count() or 1, 4)
 
 
@@ -74,6 +82,8 @@ class GapDiagnoseRequest:
     robot: Path | None = option(
         "robot file to use for the trials (default: the one beside them)", "FILE"
     )
+    machine: str = option(MACHINE, "FILE", default="")
+    hold_out: tuple[str, ...] = several(HOLD_OUT, "KEY=VALUE")
     json: Path | None = json_file("the diagnosis")
     html: Path | None = option("the diagnosis as one page", "FILE")
     effects: Path | None = option(OWN_EFFECTS, "FILE.py")
@@ -115,6 +125,8 @@ class GapAloneRequest:
         "NAME[+NAME...]",
     )
     joint: tuple[str, ...] = several(ONLY_JOINT, "NAME")
+    machine: str = option(MACHINE, "FILE", default="")
+    hold_out: tuple[str, ...] = several(HOLD_OUT, "KEY=VALUE")
     json: bool = as_json()
 
 

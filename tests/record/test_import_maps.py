@@ -187,10 +187,13 @@ def test_maps_that_are_shipped_name_their_machine_and_its_licence(name: str) -> 
     assert given.about.what
     assert given.about.source
     assert given.about.licence
-    assert given.header is not None
-    assert given.header.kind in {"servo_bench", "sliding_body"}
+    header = given.header
+    if given.form is not None:  # a set whose files are called after their conditions
+        header = given.form.header_of("kp100_sin_sin", {})
+    assert header is not None
+    assert header.kind in {"servo_bench", "sliding_body"}
     for source in given.sources:
-        for joint in given.header.joints:
+        for joint in header.joints:
             if f"_{joint}_" in source.ours:
                 break
         else:
@@ -200,7 +203,7 @@ def test_maps_that_are_shipped_name_their_machine_and_its_licence(name: str) -> 
 def test_a_map_that_is_not_there_is_one_line_with_the_names(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert map_names() == ("servo_backlash", "sliding_cube", "so101")
+    assert map_names() == ("servo_backlash", "sliding_cube", "so101", "xl330")
     (tmp_path / "a.csv").write_text("time_s,pwm_a\n0,1\n")
     words = ["import", str(tmp_path / "a.csv"), "--map", "so100"]
     assert cli.run(words) == ExitCode.USAGE

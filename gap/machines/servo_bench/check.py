@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from gap.data.columns import Sign, faults_of, paired, runs, slope, spread_of, standing_out
+from gap.data.columns import Sign, faults_of, paired, slope, spread_of, standing_out
+from gap.data.held_shaft import MOST_PLAY_RAD, held_shaft
 from gap.data.time_lag import LATEST_S, SURE, lag
 from gap.interfaces import DataFault
 from model.values.arrays import FloatArray
@@ -13,10 +14,7 @@ from record.trial.trial import Trial
 
 FULL_TURN = 2 * np.pi
 SPIKE_SPREADS = 30.0
-# A shaft may rest bit for bit while its command moves within play and stiction, which are effects of the
-# catalogue (to 0.4 rad); beyond that and for so long, its encoder is frozen.
-MOST_PLAY_RAD = 0.4
-FROZEN_S = 0.5
+FASTEST_RAD_S = 100.0  # faster than any joint: its angles are not in radians
 SPIKE_COUNTS = 20.0
 FLICKER_COUNTS = 2.5  # a lone sample so few steps of its encoder off is no spike
 
@@ -32,7 +30,8 @@ def check_bench(trial: Trial) -> Iterator[DataFault]:
         shaft, command = trial.shaft_rad[:, at], trial.command_rad[:, at]
         speed = np.gradient(shaft, trial.time_s) if np.isfinite(shaft).sum() > 2 else shaft
         yield from faults_of(f"shaft_{joint}_rad", _shaft(shaft, command))
-        yield from faults_of(f"shaft_{joint}_rad", _held(trial.time_s, shaft, command))
+        yield from faults_of(f"shaft_{joint}_rad", _fast(speed))
+        yield from faults_of(f"shaft_{joint}_rad", held_shaft(trial.time_s, shaft, command))
         yield from faults_of(f"shaft_{joint}_rad_s", _speed(trial.shaft_rad_s[:, at], speed))
         for name, values in (
             (f"torque_{joint}_nm", trial.torque_nm[:, at]),
@@ -40,11 +39,6 @@ def check_bench(trial: Trial) -> Iterator[DataFault]:
         ):
             yield from faults_of(name, _magnitude(values, speed))
             yield from faults_of(name, _spikes(values))
-        share = float(np.mean(np.abs(trial.pwm[:, at]) > 0.99))
-        if share > 0.2:
-            yield DataFault(
-                "saturated", f"pwm_{joint}", f"{share:.0%} of samples at the limit", False
-            )
 
 
 def believable(fault: DataFault, trial: Trial, compared: frozenset[str]) -> DataFault | None:
@@ -116,20 +110,6 @@ def _largest_spike(values: FloatArray) -> float:
     return float(np.max(standing_out(known)[1])) if len(known) >= 3 else 0.0
 
 
-def _held(time_s: FloatArray, shaft: FloatArray, command: FloatArray) -> Iterator[Sign]:
-    """Look for stretches in which the shaft never changes while its command leaves any play."""
-    spans = []
-    for first, last in runs(shaft[1:] == shaft[:-1]).tolist():
-        wanted = command[first : last + 1]
-        wanted = wanted[np.isfinite(wanted)]
-        span = float(time_s[last] - time_s[first])
-        if span >= FROZEN_S and len(wanted) and np.ptp(wanted) > MOST_PLAY_RAD:
-            spans.append(span)
-    if spans:
-        words = f"repeats bit for bit for {sum(spans):.1f} s in {len(spans)} stretches while its command"
-        yield "frozen", f"{words} moves on", sum(spans) > 0.1 * float(time_s[-1] - time_s[0])
-
-
 def _shaft(shaft: FloatArray, command: FloatArray) -> Iterator[Sign]:
     c, s = paired(command, shaft)
     if len(c) < 3:
@@ -144,6 +124,16 @@ def _shaft(shaft: FloatArray, command: FloatArray) -> Iterator[Sign]:
         yield "sign", f"turns against its command (slope {ratio:.2f})", True
     elif not 0.2 < ratio < 5:
         yield "unit", f"moves {ratio:.3g} times as far as its command", True
+
+
+def _fast(speed: FloatArray) -> Iterator[Sign]:
+    known = np.abs(speed[np.isfinite(speed)])
+    if len(known) and (usual := float(np.quantile(known, 0.9))) > FASTEST_RAD_S:
+        yield (
+            "unit",
+            f"turns at {usual:.3g} rad/s: give its column a unit in the map (deg, turn)",
+            True,
+        )
 
 
 def _speed(reported: FloatArray, derived: FloatArray) -> Iterator[Sign]:

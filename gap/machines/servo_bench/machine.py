@@ -1,9 +1,10 @@
 """The nominal servos of a trial of kind ``servo_bench``, read from the machine's file."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from gap.machines.servo_bench.kernel import ServoNumbers
-from model.errors import ConfigError, GapError
+from model.errors import ConfigError, GapError, RecordError
 from model.parameters.tables import parse_table
 from model.parameters.toml_table import Table
 from record.trial.trial import Trial
@@ -29,26 +30,41 @@ class ServoJoint:
 def nominal_servos(trial: Trial) -> tuple[ServoJoint, ...]:
     """Read the servos that a trial names, in the order of its joints or of the machine's file.
 
+    Numbers of [joint.NAME.controller] that the log has as constants of its own (``kp_duty_per_rad``, one a
+    joint) are taken from there.
+
     Raises:
-        GapError: The machine's file does not describe servos.
+        GapError: The machine's file does not describe servos, or not those of the trial.
     """
+    header = trial.header
     try:
-        tables = parse_table(trial.header.robot_text).maybe_table("joint")
+        tables = parse_table(header.robot_text).maybe_table("joint")
         names = trial.joints or tables.names()
-        joints = tuple(_joint(name, tables.maybe_table(name)) for name in names)
-    except ConfigError as error:
+        unknown = [name for name in names if tables.names() and name not in tables.names()]
+        if unknown:
+            raise GapError(
+                f"the machine's file has joints {', '.join(tables.names())}, the log has "
+                f"{', '.join(names)}: give the file of these servos, or map the columns to its joints"
+            )
+        logged = {key: header.constant(key) for key in GROUPS["controller"]}
+        joints = tuple(
+            _joint(name, tables.maybe_table(name), {k: v[at] for k, v in logged.items() if v})
+            for at, name in enumerate(names)
+        )
+    except (ConfigError, RecordError) as error:
         raise GapError(f"the machine's file cannot be used: {error}") from error
     if not joints:
         raise GapError("the trial has no joints; name its columns command_NAME_rad, shaft_NAME_rad")
     return joints
 
 
-def _joint(name: str, table: Table) -> ServoJoint:
+def _joint(name: str, table: Table, logged: Mapping[str, float]) -> ServoJoint:
     numbers: dict[str, float] = {}
     for group, keys in GROUPS.items():
         entries = table.maybe_table(group)
         numbers |= {key: entries.number(key, minimum=0.0) for key in keys if entries.has(key)}
         entries.done()
+    numbers |= logged
     motor = table.maybe_table("motor")
     if motor.names():
         numbers |= {key: motor.number(key, above=0.0) for key in MOTOR_KEYS}
