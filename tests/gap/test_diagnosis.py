@@ -26,6 +26,7 @@ from tests.gap.toy import (
     toy_references,
     toy_trial,
 )
+from tests.soaked import soaked
 
 ONE = {
     "offset": Cause("offset", ("b",), (0.03,)),
@@ -103,14 +104,9 @@ def _false_alarms(count: int) -> int:
     return alarms
 
 
-def test_false_alarms_stay_rare() -> None:
-    assert _false_alarms(30) <= stats.binom.ppf(0.995, 30, 0.05)
-
-
-@pytest.mark.slow
-@pytest.mark.soak
-def test_false_alarms_of_three_hundred_sets_lie_in_the_binomial_band() -> None:
-    assert _false_alarms(300) <= stats.binom.ppf(0.975, 300, 0.05)
+@pytest.mark.parametrize("sets", soaked((12, 300), lambda sets: sets < 300))
+def test_false_alarms_lie_in_the_binomial_band(sets: int) -> None:
+    assert _false_alarms(sets) <= stats.binom.ppf(0.975, sets, 0.05)
 
 
 def test_a_pair_that_the_runs_cannot_tell_is_declared() -> None:

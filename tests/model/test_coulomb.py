@@ -1,4 +1,4 @@
-"""Coulomb's law: a million frames that prove their own answers, and the paper's method beside it."""
+"""Coulomb's law: frames that prove their own answers, a million in ``make soak``; the paper's method."""
 
 import numpy as np
 import pytest
@@ -11,10 +11,11 @@ from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
 from tests.model.coulomb_frames import KINDS, frames, trouble
 from tests.model.oracles.coulomb import solve_coulomb_reference
+from tests.soaked import soaked
 
 WEIGHT_N = 60.0
 LEGS = (3, 4, 6, 12, 50)
-PER_CASE = 10_000  # 2 x 10 kinds x 5 numbers of legs: a million in all
+PER_CASE = (500, 10_000)  # 2 x 10 kinds x 5 numbers of legs: a million in all in soak
 
 
 def contact_of(legs: int, mu: FloatArray, w: FloatArray | None = None) -> ContactParameters:
@@ -25,13 +26,13 @@ def coulomb(feet: FootMotion, contact: ContactParameters) -> FrameSolutions:
     return solve_frames(feet, contact, WEIGHT_N, law=FrictionLaw.COULOMB)
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize("per_case", soaked(PER_CASE, lambda count: count < 1000))
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("legs", LEGS)
-def test_no_frame_fails_and_every_answer_proves_itself(kind: str, legs: int) -> None:
+def test_no_frame_fails_and_every_answer_proves_itself(kind: str, legs: int, per_case: int) -> None:
     rng = np.random.default_rng([LEGS.index(legs), KINDS.index(kind)])
     for mu in (np.full(legs, 0.6), rng.uniform(0.2, 1.2, legs)):
-        feet = frames(kind, PER_CASE, legs, rng)
+        feet = frames(kind, per_case, legs, rng)
         answer = coulomb(feet, contact_of(legs, mu))
         assert set(np.unique(answer.reason)) <= {Reason.FINE, Reason.TIPS}
         fine = answer.valid
