@@ -11,6 +11,7 @@ from record.trial.trial import Trial
 
 LONGEST_S = 15.0  # of a trial that are looked at: a few steps of any gait
 VISIBLE = 1.0  # RMS change of a channel over its noise
+BLIND = 0.1  # less than this in every measured channel: no length of such runs shows it
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +45,7 @@ def coverage_of(simulator: Simulator, trial: Trial) -> Coverage:
 
     def stands_out(cause: Cause) -> bool:
         change = (simulator.predict(short, (cause,), Drive.MEASURED) - base) / seen.noise
-        square = np.where(taking_part & np.isfinite(change), change, 0.0) ** 2
-        mean = square.sum(axis=0) / np.maximum(taking_part.sum(axis=0), 1)
-        return bool(np.sqrt(mean.max()) > VISIBLE)
+        return bool(_rms(change, taking_part).max() > VISIBLE)
 
     visible = tuple(
         effect.name
@@ -61,6 +60,83 @@ def coverage_of(simulator: Simulator, trial: Trial) -> Coverage:
         visible=visible,
         hidden=tuple(e.name for e in simulator.effects if e.name not in visible),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class BlindSpot:
+    """An effect that the measured channels cannot show.
+
+    Attributes:
+        effect: Its name.
+        channels: Names of channels that were not measured and would show it; none where these runs do not
+            excite it.
+    """
+
+    effect: str
+    channels: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class BlindSpots:
+    """What runs cannot show, whatever is in them.
+
+    Attributes:
+        missing: Names of channels that no run has at any joint.
+        effects: Effects that none of the measured channels shows, in the order of the catalogue.
+    """
+
+    missing: tuple[str, ...]
+    effects: tuple[BlindSpot, ...]
+
+
+def blind_spots(simulator: Simulator, trials: Sequence[Trial]) -> BlindSpots:
+    """Say before any judgement what runs cannot show, from what each effect does to each channel.
+
+    An effect is hidden when, by one standard deviation of what a builder of such machines expects, no
+    measured channel of any run changes by more than a tenth of its noise, whether its stage is fed what was
+    measured or what is predicted.
+
+    Raises:
+        GapError: A trial does not fit the simulator, or is too short.
+    """
+    names = [channel.name for channel in simulator.channels]
+    measured: set[str] = set()
+    shown: set[str] = set()
+    would: dict[str, set[str]] = {effect.name: set() for effect in simulator.effects}
+    for trial in trials:
+        short = trial.rows(_middle(trial.time_s))
+        seen = simulator.observe(short)
+        taking_part = used(seen)
+        live = np.asarray(taking_part.any(axis=0))
+        measured |= {name for name, known in zip(names, live, strict=True) if known}
+        for drive in (Drive.MEASURED, Drive.COMMAND):
+            base = simulator.predict(short, (), drive)
+            for effect in simulator.effects:
+                if effect.name in shown:
+                    continue
+                for cause in _examples(effect, places_for(effect, simulator)):
+                    change = (simulator.predict(short, (cause,), drive) - base) / seen.noise
+                    if (_rms(change, taking_part) > BLIND).any():
+                        shown.add(effect.name)
+                        break
+                    strong = _rms(change, seen.weight > 0) > VISIBLE
+                    would[effect.name] |= {n for n, one in zip(names, strong, strict=True) if one}
+    missing = tuple(dict.fromkeys(name for name in names if name not in measured))
+    return BlindSpots(
+        missing,
+        tuple(
+            BlindSpot(effect.name, tuple(name for name in missing if name in would[effect.name]))
+            for effect in simulator.effects
+            if effect.name not in shown
+        ),
+    )
+
+
+def _rms(change: FloatArray, taking_part: BoolArray) -> FloatArray:
+    """RMS of each channel over the frames that take part, (C,); 0 where none does."""
+    square = np.where(taking_part & np.isfinite(change), change, 0.0) ** 2
+    mean: FloatArray = square.sum(axis=0) / np.maximum(taking_part.sum(axis=0), 1)
+    return np.sqrt(mean)
 
 
 def _middle(time_s: FloatArray) -> BoolArray:

@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.coverage import blind_spots
 from gap.diagnosis.diagnose import Progress, Proposer, diagnose_study, silent
 from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.diagnosis.study import make_study
@@ -18,6 +19,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import check_json, give_json, to_stdout
 from robot.console.progress import ProgressBar
 from robot.console.screen_fit import terminal_width, wrapped
+from robot.gap_report.blind import blind_json, blind_lines
 from robot.gap_report.legged import proposer_of
 from robot.gap_report.split import split_lines, with_hold_out
 from robot.gap_report.summary import summary_lines
@@ -44,11 +46,17 @@ def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
     if not to_stdout(request.json):
         for line in split_lines(runs, simulator, request.trials, request.hold_out):
             print("\n".join(wrapped(line, terminal_width())), flush=True)
+    # what cannot be seen is a matter of sensors and runs: the chain says it for MuJoCo as well
+    chain = runs.simulator(request.effects) if request.sim == MUJOCO else simulator
+    spots = blind_spots(chain, runs.trials)
+    if not to_stdout(request.json):
+        for line in blind_lines(spots):
+            print("\n".join(wrapped(line, terminal_width())), flush=True)
         print()
     with ProgressBar("diagnosis") as bar:
         diagnosis = diagnosis_of(runs, simulator, request, bar.tell)
     paths = (*request.trials, *request.reference)
-    result = diagnosis_result(diagnosis, paths, runs)
+    result = {**diagnosis_result(diagnosis, paths, runs), "before_judging": blind_json(spots)}
     try:  # printed first, so that it is not lost if a file cannot be written
         if not to_stdout(request.json):
             print("\n".join(summary_lines(diagnosis, paths, terminal_width())), flush=True)
@@ -59,7 +67,8 @@ def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
 
         today = datetime.now(tz=UTC).astimezone().date()
         machine = machine_words(runs.trials[0])
-        page = diagnosis_page(diagnosis, machine, today, request.trials, request.reference)
+        unseen = blind_lines(spots)
+        page = diagnosis_page(diagnosis, machine, today, request.trials, request.reference, unseen)
         write_text(request.html, page, "--html")
         if not to_stdout(request.json):
             print(f"page: {request.html}")

@@ -45,9 +45,17 @@ FACTORS = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "rad": (1e3, "mrad"), "rad/s"
 
 
 def diagnosis_page(
-    d: Diagnosis, machine: str, day: date, trials: Sequence[Path], references: Sequence[Path] = ()
+    d: Diagnosis,
+    machine: str,
+    day: date,
+    trials: Sequence[Path],
+    references: Sequence[Path] = (),
+    unseen: Sequence[str] = (),
 ) -> str:
-    """Return the page of a diagnosis of a ``machine`` made on a ``day``, with the files of its runs."""
+    """Return the page of a diagnosis of a ``machine`` made on a ``day``, with the files of its runs.
+
+    ``unseen`` says in lines what these runs cannot show.
+    """
     runs = file_words(trials)
     healthy = f" Healthy runs: {file_words(references)}." if references else ""
     paths = (*trials, *references)
@@ -57,6 +65,7 @@ def diagnosis_page(
         d=d,
         title=f"{headline(d)} | {machine} | {runs}",
         subject=f"{machine}. Diagnosed {day.isoformat()}. Runs: {runs}.{healthy}",
+        unseen=[line.strip() for line in unseen],
         verdict=HEADLINES[d.verdict],
         gap=d.verdict is not Verdict.NO_GAP,
         numbers=_facts(d),

@@ -39,6 +39,7 @@ from model.values.arrays import FloatArray
 PASSES = 30
 CONVERGED = 1e-7  # change from pass to pass of shafts [rad] and places [m]
 REMEMBERED = 24
+SHAFTS_GIVE = ("servo_compliance", "gear_backlash")
 BOUND_TO_PLACES = ("ground_step", "friction_patch", "ground_slope", "tether_force")
 
 
@@ -107,6 +108,12 @@ class LeggedChain:
             flank = foot_forces(self._plain_walk(known, replace(settings, acting=tight), drive))
         place = np.tile(known.start_pose, (known.grid.frames, 1)) if world is None else world
         force = known.force_n if measured else np.zeros_like(known.force_n)
+        if measured and feels_loads(settings) and not np.isfinite(force).any():
+            # without force sensors shafts feel the loads that are predicted without their give
+            acting = tuple(one for one in settings.acting if one[0] not in SHAFTS_GIVE)
+            added = tuple(one for one in settings.added if one.user.effect.stage != "actuation")
+            plain = replace(settings, acting=acting, added=added)
+            force = foot_forces(self._plain_walk(known, plain, drive))
         start = _PassStart(force, flank, place, velocity)
         walk = self._pass(known, settings, drive, start)
         if not _acts_back(settings, drive, world is None):

@@ -7,12 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gap.diagnosis.coverage import coverage_of
+from gap.diagnosis.coverage import blind_spots, coverage_of
+from gap.interfaces import Cause, Drive
+from model.errors import GapError
 from record.trial.trial import Trial, write_trial
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
+from robot.gap_report import diagnose
 from robot.gap_report.abilities import abilities, machine_simulator
+from robot.gap_report.blind import blind_json, blind_lines
 from robot.virtual.twin_run import make_twin, plan_of, walk_fast
 
 
@@ -92,3 +96,83 @@ def test_an_import_that_leaves_nothing_writes_nothing_and_is_a_bad_verdict(
     assert cli.run([*words, "--out", str(tmp_path / "t.mcap")]) == ExitCode.VERDICT_FAILED
     assert "t.mcap is not written" in capsys.readouterr().err
     assert not (tmp_path / "t.mcap").exists()
+
+
+# What runs cannot show, said before they are judged.
+
+BODY = ("body_position_m", "body_angles_rad")
+SHAFT_EFFECTS = {
+    "command_delay", "servo_lag", "servo_speed_limit", "servo_compliance", "gear_backlash", "encoder_scale",
+}  # fmt: skip
+
+
+def test_with_every_sensor_only_what_does_nothing_hides(whole: Trial) -> None:
+    spots = blind_spots(machine_simulator(whole.header), [whole])
+    assert spots.missing == ()
+    # an edge in the ground that 8 s of walking never reach, a speed that 0.1 Hz does not ask for
+    hidden = {one.effect for one in spots.effects}
+    assert hidden <= {"ground_step", "friction_patch", "servo_speed_limit"}
+    assert blind_lines(spots) == []
+    assert set(blind_json(spots)["not_excited"]) == hidden  # type: ignore[call-overload]
+
+
+def test_without_a_sensor_its_own_effects_hide_and_the_sensor_is_named(whole: Trial) -> None:
+    simulator = machine_simulator(whole.header)
+    spots = blind_spots(simulator, [without(whole, "force_n")])
+    assert spots.missing == ("force_z", "force_x", "force_y")
+    hidden = {one.effect for one in spots.effects}
+    own = {e.name for e in simulator.effects if e.name.startswith("force_")}
+    # the common scale of friction is invisible without newtons (gap-contract, 4)
+    assert own | {"friction_level"} <= hidden
+    assert hidden.isdisjoint({"payload", "com_offset", "leg_length", "servo_lag"})
+    text = "\n".join(blind_lines(spots))
+    assert text.startswith("not measured: force sensors; whatever is wrong, these runs cannot show")
+    assert "friction_level" in text
+    assert "to be seen with force sensors" in text
+    listed = blind_json(spots)["cannot_be_seen"]
+    assert {"effect": "friction_level", "sensors": ("force sensors",)} in listed  # type: ignore[operator]
+
+
+def test_joints_alone_show_what_moves_shafts_and_nothing_else(whole: Trial) -> None:
+    simulator = machine_simulator(whole.header)
+    spots = blind_spots(simulator, [without(whole, "force_n", "foot_m", *BODY)])
+    hidden = {one.effect for one in spots.effects}
+    assert {e.name for e in simulator.effects} - hidden == SHAFT_EFFECTS - {"servo_speed_limit"}
+    assert "the body's pose" in blind_lines(spots)[0]
+    body = blind_spots(simulator, [without(whole, "force_n", "foot_m", "shaft_rad", "shaft_rad_s")])
+    assert "encoder_scale" in {one.effect for one in body.effects}
+    assert "payload" not in {one.effect for one in body.effects}
+
+
+def test_a_shaft_gives_under_predicted_loads_where_none_were_measured(whole: Trial) -> None:
+    simulator = machine_simulator(whole.header)
+    soft = (Cause("servo_compliance", (), (0.02,)),)
+    changes = []
+    for trial in (whole, without(whole, "force_n")):
+        apart = simulator.predict(trial, soft, Drive.MEASURED) - simulator.predict(
+            trial, (), Drive.MEASURED
+        )
+        changes.append(apart[20:-20, :6].ravel())
+    assert np.std(changes[0]) > 1e-3
+    assert np.corrcoef(changes[0], changes[1])[0, 1] > 0.8
+    assert np.std(changes[1]) == pytest.approx(np.std(changes[0]), rel=0.25)
+
+
+def test_it_is_said_before_the_runs_are_judged(
+    whole: Trial,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    path = tmp_path / "walk.parquet"
+    write_trial(without(whole, "force_n", "foot_m"), path)
+
+    def judge(*_: object) -> None:
+        raise GapError("judged")
+
+    monkeypatch.setattr(diagnose, "diagnosis_of", judge)
+    assert cli.run(["gap", "diagnose", str(path)]) != 0
+    told = capsys.readouterr()
+    assert "not measured: foot markers, force sensors" in told.out
+    assert "friction_level" in told.out
+    assert "judged" in told.err

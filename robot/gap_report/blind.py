@@ -1,0 +1,52 @@
+"""What runs cannot show to a diagnosis, said before it begins: which sensors are missing, what hides."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+
+from gap.diagnosis.coverage import BlindSpots
+
+KINDS = (
+    ("shaft", "joint angles"),
+    ("foot", "foot markers"),
+    ("force", "force sensors"),
+    ("body", "the body's pose"),
+    ("roll", "the body's pose"),
+    ("pitch", "the body's pose"),
+)
+
+
+def blind_lines(spots: BlindSpots) -> list[str]:
+    """Return what is missing and what hides, one sentence a line; nothing where all can be seen."""
+    groups: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
+    for one in spots.effects:
+        if one.channels:
+            groups[sensors_of(one.channels)].append(one.effect)
+    if not groups:
+        return []
+    missing = ", ".join(sensors_of(spots.missing))
+    lines = [f"not measured: {missing}; whatever is wrong, these runs cannot show"]
+    for sensors, effects in groups.items():
+        lines.append(f"  {', '.join(effects)} (to be seen with {' or '.join(sensors)})")
+    return lines
+
+
+def blind_json(spots: BlindSpots) -> dict[str, object]:
+    """Return the same for ``--json``."""
+    return {
+        "not_measured": spots.missing,
+        "cannot_be_seen": [
+            {"effect": one.effect, "sensors": sensors_of(one.channels)}
+            for one in spots.effects
+            if one.channels
+        ],
+        # at the size that one expects, by any sensor: the runs do not reach or excite them
+        "not_excited": [one.effect for one in spots.effects if not one.channels],
+    }
+
+
+def sensors_of(channels: Sequence[str]) -> tuple[str, ...]:
+    """Return the sensors that channels come from, in a few words, each once."""
+    kinds = (
+        next((words for start, words in KINDS if name.startswith(start)), name) for name in channels
+    )
+    return tuple(dict.fromkeys(kinds))
