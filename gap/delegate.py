@@ -1,6 +1,6 @@
 """Simulators that differ from another one in one thing, and leave it all else."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from gap.interfaces import (
     Cause,
@@ -15,6 +15,15 @@ from model.errors import GapError
 from model.values.arrays import FloatArray
 from record.trial.header import TrialHeader
 from record.trial.trial import Trial
+
+ManyRequest = tuple[Trial, tuple[Cause, ...], Drive]
+PredictMany = Callable[[Sequence[ManyRequest]], list[FloatArray]]
+
+
+def many_of(simulator: Simulator) -> PredictMany | None:
+    """Return how a simulator predicts many sets of causes at once, on threads of its own, or None."""
+    many: PredictMany | None = getattr(simulator, "predict_many", None)
+    return many
 
 
 class Delegate:
@@ -33,6 +42,26 @@ class Delegate:
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
         """Predict as the trial's simulator does."""
         return self.of(trial).predict(trial, causes, drive)
+
+    @property
+    def predict_many(self) -> PredictMany | None:
+        """Predict many at once, each as its trial's simulator does; None where one of them cannot."""
+        return self._many if all(map(many_of, self.machines)) else None
+
+    def _many(self, requests: Sequence[ManyRequest]) -> list[FloatArray]:
+        answers: dict[int, FloatArray] = {}
+        for machine in self.machines:
+            own = [i for i, (trial, _, _) in enumerate(requests) if self.of(trial) is machine]
+            many = many_of(machine)
+            assert many is not None
+            made = many([requests[i] for i in own]) if own else []
+            answers |= dict(zip(own, made, strict=True))
+        return [answers[i] for i in range(len(requests))]
+
+    @property
+    def machines(self) -> tuple[Simulator, ...]:
+        """The simulators that answer."""
+        return (self.inner,)
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
         """Check as the trial's simulator does."""
@@ -77,6 +106,11 @@ class MachineOfEach(Delegate):
             if all(_same_numbers(effect, known.get(effect.name)) for known in own)
         )
         self._of = {key: one for key, _, one in machines}
+
+    @property
+    def machines(self) -> tuple[Simulator, ...]:
+        """The simulators that answer."""
+        return tuple(self._of.values())
 
     def of(self, trial: Trial) -> Simulator:
         """Return the simulator of a trial's own machine."""
@@ -125,3 +159,8 @@ class Without(Delegate):
         """
         check_causes(causes, self)
         return super().predict(trial, causes, drive)
+
+    def _many(self, requests: Sequence[ManyRequest]) -> list[FloatArray]:
+        for _, causes, _ in requests:
+            check_causes(causes, self)
+        return super()._many(requests)

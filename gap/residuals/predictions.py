@@ -12,6 +12,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from gap.delegate import many_of
 from gap.interfaces import Cause, Drive, Effect, Simulator
 from gap.worker_pool import worker_pool
 from model.errors import GapError
@@ -82,7 +83,10 @@ class Predictor:
         """Return (F, C) for each."""
         fresh = list(dict.fromkeys(one for one in requests if one not in self._known))
         whole = [replace(one, causes=(*self.standing, *one.causes)) for one in fresh]
-        if self._executor is None or len(fresh) == 1:
+        many = many_of(self.simulator)
+        if many is not None:
+            predicted = many([(self.trials[w.trial], w.causes, w.drive) for w in whole])
+        elif self._executor is None or len(fresh) == 1:
             predicted = [
                 self.simulator.predict(self.trials[w.trial], w.causes, w.drive) for w in whole
             ]

@@ -1,4 +1,5 @@
-"""Any simulator that makes a whole trial from commands, through the same interface.
+"""MJCF and URDF as machines under diagnosis; and any simulator that makes a whole trial from commands.
 
-Called for ``--sim mujoco``. Takes the rollout as a function; knows no MuJoCo itself.
+Called by the engine through ``gap.interfaces``, for ``--machine robot.xml`` and for ``--sim mujoco``. Rigid
+bodies and MuJoCo are known here alone in the diagnosis; ``simulator.py`` takes a rollout as a function.
 """

@@ -1,0 +1,92 @@
+"""A copy of the model with the numbers of a machine in it: drive, friction, inertia, gravity, contact.
+
+Where MuJoCo has the quantity itself (``frictionloss``, ``damping``, ``armature``, masses, gravity), the
+effect is an edit of it, so that a correction can be written into the file as it was simulated.
+"""
+
+import copy
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from gap.machines.mujoco.drive import torque_law
+from gap.machines.mujoco.rigid_model import RigidModel
+from gap.machines.mujoco.settings import BodyNumbers, RigidSettings
+from model.values.arrays import FloatArray
+
+
+class ModelEditor:
+    """Edits copies of one model; ``kind`` is that of its drive."""
+
+    def __init__(self, rigid: RigidModel, kind: str) -> None:
+        self.rigid, self.kind = rigid, kind
+        self._ends = far_ends(rigid)
+
+    def edited(self, settings: RigidSettings) -> Any:
+        """Return a copy of the model with these settings in it, driven by targets if it has actuators."""
+        model = copy.copy(self.rigid.model)
+        self._add_joints(model, settings)
+        changed = [
+            (number, numbers, end)
+            for number, numbers, end in zip(
+                self.rigid.body, settings.bodies, self._ends, strict=True
+            )
+            if numbers != BodyNumbers()
+        ]
+        for number, numbers, end in changed:
+            _change_body(model, int(number), numbers, end)
+        world = settings.world
+        turned = Rotation.from_euler("xy", [world.roll_rad, world.pitch_rad])
+        model.opt.gravity[:] = turned.inv().apply(model.opt.gravity)
+        if world.contact_friction != 1.0:
+            model.geom_friction[:] *= world.contact_friction
+        if changed:
+            mujoco.mj_setConst(model, mujoco.MjData(model))
+        return model
+
+    def _add_joints(self, model: Any, settings: RigidSettings) -> None:
+        for at, dof in enumerate(self.rigid.speed):
+            p = settings.joints[at]
+            law = torque_law(self.kind, p)
+            model.dof_armature[dof] += p.armature_kg_m2
+            model.dof_damping[dof] += p.viscous_nm_s + law.back_emf
+            model.dof_frictionloss[dof] += p.coulomb_nm
+            if model.nu:
+                model.actuator_gainprm[at, 0] = law.stiffness
+                model.actuator_biasprm[at, 1:3] = -law.stiffness, -law.damping
+                if math.isfinite(law.limit):
+                    model.actuator_forcelimited[at] = 1
+                    model.actuator_forcerange[at] = -law.limit, law.limit
+
+
+def _change_body(model: Any, number: int, p: BodyNumbers, end: FloatArray) -> None:
+    """Scale a body's mass and inertia, move its centre of mass, and put a weight at its end."""
+    model.body_mass[number] *= p.mass_ratio
+    model.body_inertia[number] *= p.mass_ratio
+    model.body_ipos[number] += p.x_m, p.y_m, p.z_m
+    if p.payload_kg <= 0.0:
+        return
+    mass, centre = float(model.body_mass[number]), model.body_ipos[number].copy()
+    turned = Rotation.from_quat(model.body_iquat[number], scalar_first=True).as_matrix()
+    about = turned @ np.diag(model.body_inertia[number]) @ turned.T
+    total = mass + p.payload_kg
+    joint = (mass * centre + p.payload_kg * end) / total
+    for weight, place in ((mass, centre), (p.payload_kg, end)):
+        away = place - joint
+        about = about + weight * (away @ away * np.eye(3) - np.outer(away, away))
+    sizes, axes = np.linalg.eigh(about)
+    axes = axes * np.sign(np.linalg.det(axes))
+    model.body_mass[number], model.body_ipos[number] = total, joint
+    model.body_inertia[number] = sizes
+    model.body_iquat[number] = Rotation.from_matrix(axes).as_quat(scalar_first=True)
+
+
+def far_ends(rigid: RigidModel) -> FloatArray:
+    """Return where a payload would hang on each body, in its frame, (B, 3).
+
+    It is twice as far out as the centre of mass, which is the end of what is evenly thick.
+    """
+    return np.asarray(2.0 * rigid.model.body_ipos[rigid.body])
