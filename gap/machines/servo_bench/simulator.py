@@ -18,6 +18,7 @@ from gap.machines.servo_bench.catalogue import ANY, CATALOGUE, IDEAL, MOTOR, STA
 from gap.machines.servo_bench.check import believable, check_bench
 from gap.machines.servo_bench.kernel import UNLIMITED_RAD_S, ServoNumbers
 from gap.machines.servo_bench.machine import ServoJoint, nominal_servos
+from model.effects.causes import at_every_joint, joint_by_joint
 from model.motion.filters import at_times, lagged, play
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
@@ -45,10 +46,12 @@ class ServoBench:
         kinds = {IDEAL if joint.ideal else MOTOR for joint in servos} | {ANY}
         loaded = torque_known or any(joint.numbers.load_kg_m > 0 for joint in servos)
         lacking = "no load" if loaded else "torque"
-        self.effects: tuple[Effect, ...] = tuple(
-            one for one in CATALOGUE if one.servos in kinds and one.needs != lacking
-        )
         self.joints = tuple(joint.name for joint in servos)
+        of_one = tuple(one for one in CATALOGUE if one.servos in kinds and one.needs != lacking)
+        several = self.joints if len(self.joints) > 1 else ()
+        of_all = tuple(at_every_joint(one, several) for one in of_one if several)
+        self.effects: tuple[Effect, ...] = (*of_one, *of_all)
+        self._by_name = {effect.name: effect for effect in self.effects}
         motors = tuple(joint.name for joint in servos if not joint.ideal)
         self.channels = (
             *(Channel("shaft_error", name, "load", "rad") for name in self.joints),
@@ -106,6 +109,9 @@ class ServoBench:
             GapError: A cause is not of the catalogue, or its joints or values do not fit.
         """
         check_causes(causes, self)
+        causes = [
+            single for one in causes for single in joint_by_joint(one, self._by_name[one.effect])
+        ]
         even = self._grid(trial)
         shafts, duties, currents = [], [], []
         for at, joint in enumerate(self.servos):
