@@ -17,6 +17,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "where": {
             "stage": d.stage,
             "stages": d.where.stages,
+            "joints": d.where.joints,
             "cells": d.where.cells,
         },
         "causes": [_cause(one) for one in d.causes] if d.verdict is not Verdict.NO_GAP else [],
@@ -62,6 +63,14 @@ def _cause(one: NamedCause) -> dict[str, Any]:
         "stage": one.stage,
         "parameters": {value.name: value.value for value in one.values},
         "errors": {value.name: value.error for value in one.values},
+        "each_joint": [
+            {
+                "joint": joint,
+                "parameters": {value.name: value.value for value in values},
+                "errors": {value.name: value.error for value in values},
+            }
+            for joint, values in one.by_joint.items()
+        ],
         "on_bound": [value.name for value in one.values if value.on_bound],
         "probability": one.probability,
         "shrink": one.shrink,

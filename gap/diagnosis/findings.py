@@ -1,6 +1,7 @@
 """What a diagnosis finds, as values, and its verdict in one sentence."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -68,12 +69,29 @@ class NamedCause:
 
     @property
     def words(self) -> str:
-        """Name the cause with its place and size."""
-        sizes = ", ".join(
-            f"{v.name} {value_words(v.value, v.error)}" + (" (on its bound)" if v.on_bound else "")
-            for v in self.values
-        )
+        """Name the cause with its place and size; of all joints at once, with its size at each."""
+        sizes = _sizes(self.values)
+        if each := self.by_joint:
+            sizes = "; ".join(f"{joint}: {_sizes(own)}" for joint, own in each.items())
         return place_words(self.effect, self.joints) + (f" ({sizes})" if sizes else "")
+
+    @property
+    def by_joint(self) -> dict[str, tuple[Value, ...]]:
+        """Values of a cause of all joints at once, the joint with the largest first; else none."""
+        each: dict[str, list[Value]] = {}
+        for value in self.values:
+            name, at, joint = value.name.partition("@")
+            if at:
+                each.setdefault(joint, []).append(replace(value, name=name))
+        order = sorted(each, key=lambda joint: -abs(each[joint][0].value - each[joint][0].neutral))
+        return {joint: tuple(each[joint]) for joint in order}
+
+
+def _sizes(values: Sequence[Value]) -> str:
+    return ", ".join(
+        f"{v.name} {value_words(v.value, v.error)}" + (" (on its bound)" if v.on_bound else "")
+        for v in values
+    )
 
 
 @dataclass(frozen=True, slots=True)

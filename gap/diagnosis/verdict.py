@@ -91,6 +91,8 @@ def _values(effect: Effect, cause: Cause, errors: FloatArray) -> tuple[Value, ..
     for p, value, error in zip(effect.parameters, cause.values, errors, strict=True):
         edge = 1e-6 * (p.upper - p.lower)
         bound = not p.lower + edge < value < p.upper - edge
+        # of all joints at once, one joint may be without it
+        bound = bound and not (effect.each and value == p.neutral)
         out.append(Value(p.name, p.unit, value, float(error) * p.spread, p.neutral, bound))
     return tuple(out)
 

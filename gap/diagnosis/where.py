@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gap.diagnosis.joint_ranking import JointGap, rank_joints
 from gap.residuals.evidence import Evidence, mean_energy
 from model.values.arrays import FloatArray, IntArray
 
@@ -77,9 +78,10 @@ class ChannelGap:
 
 @dataclass(frozen=True, slots=True)
 class Where:
-    """The map: stages in the order of the chain, every channel, the largest differences."""
+    """The map: stages in the order of the chain, joints by their part, channels, largest differences."""
 
     stages: tuple[StageGap, ...]
+    joints: tuple[JointGap, ...]
     channels: tuple[ChannelGap, ...]
     cells: tuple[PhaseCell, ...]
 
@@ -101,20 +103,27 @@ def where(local: Evidence, end_to_end: Evidence, residual: FloatArray, seed: int
     """
     excess = local.excess(residual)
     bins = _phase_bins(local)
+    above = _above(local, excess)
     return Where(
-        _stages(local, end_to_end, excess),
+        _stages(local, end_to_end, excess, above),
+        rank_joints(local, end_to_end, above),
         _channels(local, residual, excess, bins),
         _cells(local, residual, bins, seed),
     )
 
 
-def _stages(local: Evidence, end_to_end: Evidence, excess: FloatArray) -> tuple[StageGap, ...]:
-    simulator = local.simulator
-    whole = end_to_end.excess(end_to_end.base)
+def _above(local: Evidence, excess: FloatArray) -> FloatArray:
+    """Energy of each channel above expectation, (C,); what noise alone leaves above it is no gap."""
     count = local.count.sum(axis=0)
     above = np.where(np.isfinite(excess), np.fmax(excess - 1.0, 0.0) * count, 0.0)
-    # what noise alone leaves above expectation is no gap
-    above = np.where(excess > 1.0 + 3.0 * np.sqrt(2.0 / np.fmax(count, 1.0)), above, 0.0)
+    return np.where(excess > 1.0 + 3.0 * np.sqrt(2.0 / np.fmax(count, 1.0)), above, 0.0)
+
+
+def _stages(
+    local: Evidence, end_to_end: Evidence, excess: FloatArray, above: FloatArray
+) -> tuple[StageGap, ...]:
+    simulator = local.simulator
+    whole = end_to_end.excess(end_to_end.base)
     total = float(above.sum())
     out = []
     for stage in simulator.stages:

@@ -15,6 +15,7 @@ from robot.gap_report.words import (
     changed_channels,
     common_pair,
     fault_groups,
+    few,
     held_out_words,
     pair_words,
     size_words,
@@ -26,6 +27,7 @@ FIXED = 48  # columns of the table of stages besides its bars
 MOST_CHANNELS = 6
 MOST_SIZES = 12
 MOST_NEXT = 3
+MOST_JOINTS = 12
 
 
 def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> list[str]:
@@ -96,6 +98,12 @@ def _where(d: Diagnosis, width: int) -> list[str]:
     ]
     lines = ["where (energy over what is expected; 1 is no gap):"]
     lines += table_lines(columns, rows, "  ")
+    if len(d.where.joints) > 1:
+        shown = [
+            f"{one.joint} {percent_words(one.share)} ({one.rms:.3g} {one.unit})"
+            for one in d.where.joints
+        ]
+        lines.append(f"  joints, by {d.where.joints[0].channel}: {few(shown, MOST_JOINTS)}")
     for cell in d.where.cells[:3]:
         phase = f" at phase {cell.phase:.2f}" if not math.isnan(cell.phase) else ""
         place = f" {cell.joint}" if cell.joint else ""

@@ -1,0 +1,58 @@
+"""Where among the joints the gap lies: each joint's part of it, the largest first."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.residuals.evidence import Evidence, errors
+from gap.residuals.floor import rms
+from model.values.arrays import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class JointGap:
+    """One joint.
+
+    Attributes:
+        share: Its energy above expectation over that of all joints, fed what was measured, 0 to 1.
+        channel: The channel in which the joints differ most, the same for all.
+        rms: Measured minus predicted of that channel end to end, in its unit; NaN if not compared.
+    """
+
+    joint: str
+    share: float
+    channel: str
+    rms: float
+    unit: str
+
+
+def rank_joints(local: Evidence, end_to_end: Evidence, above: FloatArray) -> tuple[JointGap, ...]:
+    """Rank the joints that have channels.
+
+    Args:
+        local: The trials, each stage by itself.
+        end_to_end: The same under commands.
+        above: Energy of each channel above expectation, (C,).
+    """
+    channels = local.simulator.channels
+    joints = tuple(dict.fromkeys(one.joint for one in channels if one.joint))
+    if not joints:
+        return ()
+    of_joint = [one for one in channels if one.joint]
+    names = tuple(dict.fromkeys(one.name for one in of_joint))
+    energy = {
+        name: sum(
+            float(a) for a, c in zip(above, channels, strict=True) if c.joint and c.name == name
+        )
+        for name in names
+    }
+    shown = max(names, key=lambda name: energy[name])
+    total = max(sum(energy.values()), 1e-300)
+    raw = rms(np.concatenate(errors(end_to_end.predictor, end_to_end.parts, end_to_end.drive)))
+    ranked = []
+    for joint in joints:
+        own = sum(float(a) for a, c in zip(above, channels, strict=True) if c.joint == joint)
+        at = [i for i, c in enumerate(channels) if (c.joint, c.name) == (joint, shown)]
+        size, unit = (float(raw[at[0]]), channels[at[0]].unit) if at else (np.nan, "")
+        ranked.append(JointGap(joint, own / total, shown, size, unit))
+    return tuple(sorted(ranked, key=lambda one: (-one.share, -np.nan_to_num(one.rms))))

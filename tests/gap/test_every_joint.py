@@ -1,0 +1,79 @@
+"""What all joints lack is one cause with a size at each, and joints are ranked by their part of the gap."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gap.diagnosis.diagnose import diagnose
+from gap.interfaces import Cause, Drive, Effect, Parameter, Scope
+from gap.machines.servo_bench.simulator import servo_bench
+from model.effects.causes import at_every_joint, joint_by_joint
+from record.trial.header import SERVO_BENCH, TrialHeader, TrialNoise
+from record.trial.table_file import TableColumn
+from record.trial.trial import Trial, build_trial
+
+SIZES = {"hip": 0.05, "knee": 0.14, "ankle": 0.09}
+SERVO = """[joint.{}]
+controller = {{ kp_duty_per_rad = 3.0 }}
+motor = {{ supply_v = 7.4, torque_constant_nm_a = 0.5, resistance_ohm = 4.0, armature_kg_m2 = 0.01 }}
+"""
+FILE = 'kind = "servo_bench"\n' + "".join(SERVO.format(name) for name in SIZES)
+T = np.arange(400) / 50
+
+
+def leg_trial(seed: int) -> Trial:
+    """A run of three servos with dry friction of other sizes, and the noise of their encoders."""
+    rng = np.random.default_rng(seed)
+    command = {
+        joint: 0.5 * np.sin(2 * np.pi * (0.3 + 0.2 * at) * T + rng.uniform(0, 6))
+        for at, joint in enumerate(SIZES)
+    }
+    header = TrialHeader(
+        SERVO_BENCH, tuple(SIZES), noise=TrialNoise(shaft_rad=0.001), robot_file="leg.toml",
+        robot_text=FILE,
+    )  # fmt: skip
+    columns = [TableColumn("time_s", T)]
+    columns += [TableColumn(f"command_{joint}_rad", own) for joint, own in command.items()]
+    trial = build_trial(header, columns)
+    there = [Cause("coulomb_friction", (joint,), (nm,)) for joint, nm in SIZES.items()]
+    error = servo_bench([trial]).predict(trial, there, Drive.COMMAND)[:, :3]
+    shaft = np.column_stack(list(command.values())) + error
+    return replace(trial, shaft_rad=shaft + rng.normal(0, 0.001, shaft.shape))
+
+
+def test_friction_of_all_joints_is_one_cause_with_its_size_at_each() -> None:
+    trials = [leg_trial(seed) for seed in range(2)]
+    simulator = servo_bench(trials)
+    answer = diagnose(trials, simulator)
+    first = answer.causes[0]
+    assert first.effect in {"coulomb_friction_at_every_joint", "joint_friction_at_every_joint"}
+    assert first.joints == ()
+    sizes = {joint: own[0].value for joint, own in first.by_joint.items()}
+    assert list(sizes) == ["knee", "ankle", "hip"], "the largest first"
+    assert sizes == pytest.approx(SIZES, rel=0.1)
+    assert first.words.startswith(f"{first.effect} (knee: nm 0.14")
+    ranked = answer.where.joints
+    assert {one.joint for one in ranked} == set(SIZES)
+    assert ranked[-1].joint == "hip"
+    assert sum(one.share for one in ranked) == pytest.approx(1.0)
+    assert ranked[0].rms > ranked[-1].rms
+
+
+def test_a_cause_of_every_joint_is_those_of_each() -> None:
+    spread = Parameter("nm", "N m", 0.0, 0.0, 2.0, 0.1)
+    one = Effect("friction", "gear", (spread, replace(spread, name="nm_s")), (Scope.JOINT,), "", "")
+    every = at_every_joint(one, ("a", "b"))
+    assert every.scopes == (Scope.ALL,)
+    assert [p.name for p in every.parameters] == ["nm@a", "nm_s@a", "nm@b", "nm_s@b"]
+    values = (1.0, 2.0, 3.0, 4.0)
+    assert every.by_joint(values) == {"a": (1.0, 2.0), "b": (3.0, 4.0)}
+    causes = joint_by_joint(Cause(every.name, (), values), every)
+    assert causes == (Cause("friction", ("a",), (1.0, 2.0)), Cause("friction", ("b",), (3.0, 4.0)))
+    single = Cause("friction", ("a",), (1.0, 2.0))
+    assert joint_by_joint(single, one) == (single,)
+
+
+def test_a_bench_of_one_joint_has_no_effect_of_every_joint() -> None:
+    alone = leg_trial(0).only(("knee",))
+    assert not [one for one in servo_bench([alone]).effects if one.each]
