@@ -18,12 +18,30 @@ class Truth:
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """One cause that a diagnosis named; values are (parameter, value)."""
+    """One cause that a diagnosis named; values are (parameter, value), errors (parameter, its +-)."""
 
     effect: str
     joints: tuple[str, ...]
     values: tuple[tuple[str, float], ...]
     probability: float
+    errors: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Remainder:
+    """What the causes of a diagnosis leave, from which it judges whether the catalogue has no name for it.
+
+    Attributes:
+        closed: Share of the explainable gap that they close, 0 to 1.
+        excess: Energy over expectation that they leave.
+        worst: The same of the worst channel.
+        p: Chance of so much in a healthy machine.
+    """
+
+    closed: float
+    excess: float
+    worst: float
+    p: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +56,9 @@ class CaseAnswer:
         shrink: Share of the gap closed on held-out runs; NaN if not measured.
         seconds: Time that it took; NaN if not known.
         simpler: Simpler methods: name, and the effects that they named in their order.
+        hidden: Effects that it said, before judging, these runs cannot show.
+        remainder: What its causes leave; None if it does not say.
+        referenced: Whether it had healthy runs.
     """
 
     verdict: str
@@ -48,6 +69,9 @@ class CaseAnswer:
     shrink: float
     seconds: float
     simpler: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    hidden: tuple[str, ...] = ()
+    remainder: Remainder | None = None
+    referenced: bool = True
 
 
 @dataclass(frozen=True, slots=True)

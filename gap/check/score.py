@@ -10,8 +10,10 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from scipy.stats import binomtest, rankdata
 
+from gap.check.calibration import binned_error
 from gap.check.cases import (
     CONTROL,
     OUTSIDE,
@@ -27,7 +29,6 @@ from gap.check.cases import (
 )
 
 VISIBLE = 3.0  # times repeatability
-BINS = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +76,7 @@ def figures(
     groups = [len(group_of(c)) for c in detected if c.answer.named]
     hits, truths, answers = count_pairs((c, named_effects(c)) for c in cases if c.kind == PAIR)
     seconds = [c.answer.seconds for c in cases if c.answer.seconds == c.answer.seconds]
-    odd = [_unlike(c) for c in open_set]
+    odd = [recognised_unlike(c) for c in open_set]
     auroc = area_under(
         [c.answer.none for c in open_set if gap_declared(c)], [c.answer.none for c in inside]
     )
@@ -87,25 +88,25 @@ def figures(
             "effect right or in its declared group",
             (c.truths[0].effect in group_of(c) for c in detected), 0.97,
         ),
-        _number("mean size of a group", _mean(groups), len(groups), "<= 2", lambda v: v <= 2),
-        share("leg right, of those with the right effect", (_leg_right(c) for c in legged), 0.97),
-        share("stage right, of detected", (_stage_right(c) for c in detected), 0.97),
+        number("mean size of a group", _mean(groups), len(groups), "<= 2", lambda v: v <= 2),
+        share("leg right, of those with the right effect", (leg_right(c) for c in legged), 0.97),
+        share("stage right, of detected", (stage_right(c) for c in detected), 0.97),
         share("controls called no_gap", (not gap_declared(c) for c in controls), 0.95),
-        _ratio("two effects: recall", hits, truths, 0.80),
-        _ratio("two effects: precision", hits, answers, 0.90),
+        ratio("two effects: recall", hits, truths, 0.80),
+        ratio("two effects: precision", hits, answers, 0.90),
         share("outside the catalogue: unexplained", odd, 0.80),
         share(
             "called unexplained, of the others", (c.answer.verdict == UNEXPLAINED for c in inside),
             0.03, at_most=True,
         ),
-        _number("AUROC of none of these", auroc, len(open_set), ">= 0.95", lambda v: v >= 0.95),
-        _number("calibration error of probabilities", *calibration_error(cases), "<= 0.05",
+        number("AUROC of none of these", auroc, len(open_set), ">= 0.95", lambda v: v >= 0.95),
+        number("calibration error of probabilities", *calibration_error(cases), "<= 0.05",
             lambda v: v <= 0.05),
-        _number("median parameter error", *parameter_error(detected, neutral), "<= 10 %",
+        number("median parameter error", *parameter_error(detected, neutral), "<= 10 %",
             lambda v: v <= 0.10),
-        _number("median shrink over what is reachable", *_shrinks(detected), ">= 95 %",
+        number("median shrink over what is reachable", *_shrinks(detected), ">= 95 %",
             lambda v: v >= 0.95),
-        _number("time of a case, median", _median(seconds), len(seconds), "<= 60 s",
+        number("time of a case, median", _median(seconds), len(seconds), "<= 60 s",
             lambda v: v <= 60.0),
     )  # fmt: skip
 
@@ -117,7 +118,7 @@ def confusions(cases: Iterable[CheckedCase]) -> tuple[Confusion, ...]:
         true = sorted(t.effect for t in case.truths) if case.kind in {SINGLE, PAIR} else []
         named = sorted(set(named_effects(case)))
         odd = case.kind in {OUTSIDE, REMOVED}
-        right = _unlike(case) if odd else true == named
+        right = recognised_unlike(case) if odd else true == named
         if not right:
             words = " + ".join(named) or case.answer.verdict
             truth = " + ".join(sorted(t.effect for t in case.truths)) or "nothing"
@@ -134,13 +135,10 @@ def calibration_error(cases: Sequence[CheckedCase]) -> tuple[float, int]:
         if gap_declared(case) and case.kind in {SINGLE, PAIR, CONTROL}
         for one in case.answer.named
     ]
-    error = 0.0
-    for number in range(BINS):
-        inside = [t for t in given if min(int(t[0] * BINS), BINS - 1) == number]
-        if inside:
-            sure, right = (_mean(column) for column in zip(*inside, strict=True))
-            error += len(inside) / len(given) * abs(sure - right)
-    return (error, len(given)) if given else (math.nan, 0)
+    if not given:
+        return math.nan, 0
+    sure, right = zip(*given, strict=True)
+    return binned_error(np.array(sure), np.array(right)), len(given)
 
 
 def parameter_error(
@@ -153,7 +151,7 @@ def parameter_error(
     """
     errors = []
     for case in cases:
-        if not named_right(case) or not _leg_right(case):
+        if not named_right(case) or not leg_right(case):
             continue
         truth, fitted = case.truths[0], dict(case.answer.named[0].values)
         away = {n: abs(v - neutral.get((truth.effect, n), 0.0)) for n, v in truth.values}
@@ -162,6 +160,23 @@ def parameter_error(
             if name in fitted and scale > 0:
                 errors.append(abs(fitted[name] - value) / scale)
     return _median(errors), len(errors)
+
+
+def numbers_within(cases: Iterable[CheckedCase], times: float) -> tuple[bool, ...]:
+    """Return whether each number is within so many of its +- of the truth, where effect and leg are right.
+
+    Numbers without a +- do not count.
+    """
+    hits = []
+    for case in cases:
+        if not named_right(case) or not leg_right(case):
+            continue
+        first = case.answer.named[0]
+        fitted, errors = dict(first.values), dict(first.errors)
+        for name, value in case.truths[0].values:
+            if errors.get(name, 0.0) > 0.0:
+                hits.append(abs(fitted[name] - value) <= times * errors[name])
+    return tuple(hits)
 
 
 def area_under(positive: Sequence[float], negative: Sequence[float]) -> float:
@@ -176,10 +191,11 @@ def area_under(positive: Sequence[float], negative: Sequence[float]) -> float:
 def share(name: str, hits: Iterable[bool], bar: float, *, at_most: bool = False) -> Figure:
     """Return a share with Wilson's 95 % interval."""
     known = list(hits)
-    return _ratio(name, sum(known), len(known), bar, at_most=at_most)
+    return ratio(name, sum(known), len(known), bar, at_most=at_most)
 
 
-def _ratio(name: str, hits: int, cases: int, bar: float, *, at_most: bool = False) -> Figure:
+def ratio(name: str, hits: int, cases: int, bar: float, *, at_most: bool = False) -> Figure:
+    """Return so many hits of so many cases as a share with Wilson's 95 % interval."""
     words = f"{'<=' if at_most else '>='} {bar:.0%}"
     if cases == 0:
         return Figure(name, math.nan, math.nan, math.nan, 0, words, None)
@@ -189,21 +205,24 @@ def _ratio(name: str, hits: int, cases: int, bar: float, *, at_most: bool = Fals
     return Figure(name, p, interval.low, interval.high, cases, words, met)
 
 
-def _number(name: str, value: float, cases: int, bar: str, met: Callable[[float], bool]) -> Figure:
+def number(name: str, value: float, cases: int, bar: str, met: Callable[[float], bool]) -> Figure:
+    """Return a figure that is no share."""
     known = value == value
     return Figure(name, value, math.nan, math.nan, cases, bar, met(value) if known else None)
 
 
-def _leg_right(case: CheckedCase) -> bool:
+def leg_right(case: CheckedCase) -> bool:
+    """Whether the first cause named is at the true leg (of a single-effect case)."""
     joint = case.truths[0].joint
     return case.answer.named[0].joints == ((joint,) if joint else ())
 
 
-def _stage_right(case: CheckedCase) -> bool:
+def stage_right(case: CheckedCase) -> bool:
+    """Whether the gap was said to lie in the true stage (of a single-effect case)."""
     return case.answer.stage == case.truths[0].stage
 
 
-def _unlike(case: CheckedCase) -> bool:
+def recognised_unlike(case: CheckedCase) -> bool:
     """Whether a case outside the catalogue was recognised as one."""
     return case.answer.verdict == UNEXPLAINED
 

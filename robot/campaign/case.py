@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gap.check.cases import CaseAnswer, Named, Truth
+from gap.check.cases import CaseAnswer, Named, Remainder, Truth
 from gap.delegate import Without
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.commissioning import standing_of
+from gap.diagnosis.coverage import blind_spots
 from gap.diagnosis.diagnose import diagnose_study
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
@@ -22,6 +23,7 @@ from record.json_text import parse_json, read_json
 from record.trial.header_file import read_text
 from record.whole_file import write_text
 from robot.console.json_output import json_text
+from robot.gap_report.blind import blind_json
 from robot.gap_report.trials import Runs, read_runs
 
 CASES, REFERENCES = "cases", "references"
@@ -114,6 +116,7 @@ def _answer(diagnosis: Mapping[str, Any]) -> CaseAnswer:
                 tuple(one.get("legs", ())),
                 tuple((k, _number(v)) for k, v in one.get("parameters", {}).items()),
                 _number(one.get("probability")),
+                tuple((k, _number(v)) for k, v in one.get("errors", {}).items()),
             )
             for one in diagnosis["causes"]
         ),
@@ -125,7 +128,19 @@ def _answer(diagnosis: Mapping[str, Any]) -> CaseAnswer:
             (one["method"], tuple(cause["effect"] for cause in one["causes"]))
             for one in diagnosis.get("baselines", ())
         ),
+        hidden=tuple(
+            one["effect"] for one in diagnosis.get("before_judging", {}).get("cannot_be_seen", ())
+        ),
+        remainder=_remainder(diagnosis.get("fit")),
+        referenced=diagnosis.get("floor", {}).get("source") == "references",
     )
+
+
+def _remainder(fit: Mapping[str, Any] | None) -> Remainder | None:
+    if fit is None:
+        return None
+    names = ("closed", "excess_after", "worst_after", "p_after")
+    return Remainder(*(_number(fit.get(name)) for name in names))
 
 
 def _number(value: object) -> float:
@@ -167,10 +182,11 @@ def answer_case(request: CaseRequest) -> None:
     standing = request.standing
     if standing is not None:
         standing = tuple(one for one in standing if one.effect not in request.missing)
+    early = {"before_judging": blind_json(blind_spots(simulator, runs.trials))}
     study = make_study(runs.trials, simulator, runs.references)
     diagnosis = diagnose_study(study, standing=standing)
     spent = {"seconds": time.perf_counter() - began_s, "cpu_s": time.process_time() - began_cpu_s}
-    keep_json({**diagnosis_json(diagnosis), **spent}, request.out)
+    keep_json({**diagnosis_json(diagnosis), **early, **spent}, request.out)
 
 
 def read_case(

@@ -22,7 +22,7 @@ def score_lines(
 ) -> list[str]:
     """Return what is printed."""
     scores = [
-        (f.name, _value(f), _interval(f), "n", f.cases, f"bar {f.bar}", MARKS[f.met])
+        (f.name, figure_value(f), _interval(f), "n", f.cases, f"bar {f.bar}", MARKS[f.met])
         for f in figures
     ]
     lines = table_lines(SCORES, scores)
@@ -39,7 +39,9 @@ def score_markdown(
     figures: Sequence[Figure], confusions: Sequence[Confusion], cases: Sequence[CheckedCase]
 ) -> str:
     """Return tables of figures, effects and confusions."""
-    rows = [(f.name, _value(f), _interval(f), str(f.cases), f.bar, MARKS[f.met]) for f in figures]
+    rows = [
+        (f.name, figure_value(f), _interval(f), str(f.cases), f.bar, MARKS[f.met]) for f in figures
+    ]
     lines = markdown_lines(("figure", "value", "95 %", "cases", "bar", ""), rows)
     counted = methods(cases)
     if counted:
@@ -77,7 +79,8 @@ def _share(hits: int, of: int) -> str:
     return f"{hits / of:.0%}" if of else "-"
 
 
-def _value(f: Figure) -> str:
+def figure_value(f: Figure) -> str:
+    """Return a figure as it is printed."""
     if math.isnan(f.value):
         return "-"
     if not math.isnan(f.low) or "%" in f.bar:

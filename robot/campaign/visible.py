@@ -10,7 +10,7 @@ import contextlib
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from concurrent.futures import as_completed
+from concurrent.futures import Executor, as_completed
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,7 +20,6 @@ from gap.check.cases import CONTROL, PAIR, SINGLE
 from gap.diagnosis.how_far import how_far
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
-from gap.worker_pool import worker_pool
 from model.errors import GapError, RecordError
 from model.values.arrays import FloatArray
 from record.json_text import read_json
@@ -43,6 +42,9 @@ class Visibility(NamedTuple):
 
     visible: float
     reachable: float
+
+
+UNKNOWN = Visibility(math.nan, math.nan)
 
 
 class _Change(NamedTuple):
@@ -70,7 +72,7 @@ def measure_visibility(
     labels: Mapping[str, Label],
     scenario: CampaignScenario | None,
     out: Path,
-    jobs: int,
+    executor: Executor,
     standing: tuple[Cause, ...],
 ) -> dict[str, Visibility]:
     """Measure every case with something wrong, in several processes, and keep the figures in ``out``.
@@ -99,9 +101,10 @@ def measure_visibility(
         healthy = _healthy([_control_values(one) for one in controls])
     wanted = [one for one in files if labels[one.name].kind in {SINGLE, PAIR}]
     changes: list[_Change] = []
-    with worker_pool(jobs) as pool, ProgressBar("oracle") as bar:
+    with ProgressBar("oracle") as bar:
         futures = [
-            pool.submit(_change, one, labels[one.name], standing, plan, healthy) for one in wanted
+            executor.submit(_change, one, labels[one.name], standing, plan, healthy)
+            for one in wanted
         ]
         for number, done in enumerate(as_completed(futures), 1):
             changes.append(done.result())

@@ -43,6 +43,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "gap check": (
         "bigant gap check dev --scenario scenario.toml --markdown figures.md",
         "bigant gap check final --key final.key --removed 15 --json final.json",
+        "bigant gap check realities --realities --markdown figures.md",
     ),
     "gap alone": (
         "bigant gap alone arm/*.parquet --joint Elbow",

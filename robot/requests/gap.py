@@ -41,7 +41,9 @@ class GapCheckRequest:
     confusions. With --removed N, the first N single-effect cases are diagnosed once more with their true
     effect taken out of the catalogue. How visible each effect is, and what its true values would close,
     are measured: against the campaign's controls, or with --scenario against walks of the twin without
-    the effects. Exit code 1: some bar is not met.
+    the effects. With --realities CAMPAIGN is a folder with one campaign each (bigant sim campaign
+    --reality all): a row of figures a reality, the worst named, and the constants of the probabilities
+    fitted on all but one and judged on that one. Exit code 1: some bar is not met.
     """
 
     campaign: Path = argument("CAMPAIGN", "folder of bigant sim campaign")
@@ -56,6 +58,10 @@ class GapCheckRequest:
         default=0,
     )
     no_references: bool = flag("do without the healthy runs")
+    realities: bool = flag("CAMPAIGN holds one campaign a reality: judge each for itself")
+    dask: str | None = option(
+        "scheduler of a Dask cluster that sees CAMPAIGN as well", "tcp://HOST:PORT"
+    )
     jobs: int = option("cases at a time (default: one a core, up to 4)", "N", default=CORES)
     json: Path | None = json_file("figures and cases")
     markdown: Path | None = option("figures as tables for a page", "FILE")

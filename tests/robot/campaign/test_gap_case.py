@@ -1,13 +1,14 @@
 """What the healthy runs of a campaign show is found once and kept."""
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from gap.interfaces import Cause
 from model.errors import GapError, RecordError
+from robot.campaign.answers import answer_all
 from robot.campaign.case import CaseRequest, commission_case
-from robot.campaign.check import answer_all
 
 NOBODY = CaseRequest((), (), Path("never.json"))
 
@@ -35,4 +36,4 @@ def test_a_case_that_cannot_be_read_does_not_stop_the_others(tmp_path: Path) -> 
     with pytest.raises(
         GapError, match=r"2 of 2 cases got no answer .*first: .*second: .*goes on from there"
     ):
-        answer_all(asked, 1, "cases")
+        answer_all(asked, ThreadPoolExecutor(1), "cases")

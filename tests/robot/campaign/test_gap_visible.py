@@ -1,5 +1,6 @@
 """How visible effects are, told by a campaign's controls; and what their true values would close."""
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from gap.check.cases import CONTROL, SINGLE, Truth
@@ -9,6 +10,7 @@ from robot.campaign.case import CaseFiles, Label
 from robot.campaign.visible import FEWEST_CONTROLS, measure_visibility
 from tests.gap.walks import cause, walk
 
+HERE = ThreadPoolExecutor(1)
 LONGER = cause("leg_length", -0.004, legs=("MR",))
 
 
@@ -29,17 +31,17 @@ def test_controls_tell_what_is_visible_without_walking_anything_again(tmp_path: 
     labels = {one.name: Label(CONTROL, (), 0, (1, 2)) for one in files}
     truth = Truth("leg_length", "support", "MR", (("offset_m", -0.004),))
     labels["x"] = Label(SINGLE, (truth,), 0, (1, 2))
-    seen = measure_visibility(files, labels, None, tmp_path, 1, ())
+    seen = measure_visibility(files, labels, None, tmp_path, HERE, ())
     assert set(seen) == {"x"}
     assert seen["x"].visible > 10
     assert seen["x"].reachable > 0.9
     # kept, and not asked again
-    assert measure_visibility(files, {}, None, tmp_path, 1, ()) == seen
+    assert measure_visibility(files, {}, None, tmp_path, HERE, ()) == seen
 
 
 def test_few_controls_tell_nothing(tmp_path: Path) -> None:
     labels = {"c": Label(CONTROL, (), 0, (1,)), "x": Label(SINGLE, (), 0, (1,))}
-    assert measure_visibility([], labels, None, tmp_path, 1, ()) == {}
+    assert measure_visibility([], labels, None, tmp_path, HERE, ()) == {}
     # controls that were not walked tell nothing either
     away = {f"c{i}": Label(CONTROL, (), 0, (1,)) for i in range(FEWEST_CONTROLS)}
-    assert measure_visibility([], away, None, tmp_path, 1, ()) == {}
+    assert measure_visibility([], away, None, tmp_path, HERE, ()) == {}

@@ -5,6 +5,7 @@ import math
 import os
 import random
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -236,7 +237,7 @@ def test_bad_json_that_is_kept_for_another_time(tmp_path: Path, kind: str) -> No
     with pytest.raises(RecordError):
         read_benchmark(path)
     with pytest.raises(RecordError):
-        measure_visibility((), {}, None, tmp_path, 1, ())
+        measure_visibility((), {}, None, tmp_path, ThreadPoolExecutor(1), ())
     if kind != "no text":
         text = BAD_JSON[kind].decode()
         with pytest.raises(RecordError):

@@ -1,0 +1,67 @@
+"""What probabilities of a diagnosis are made of, as rows for ``gap.check.calibration``.
+
+"None of these" is logistic in what the causes leave, with the constants of ``gap.diagnosis.probability``.
+The probability of a named cause is judged as it was given: as a logistic curve of its own log odds.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from gap.check.calibration import Rows, Standing
+from gap.check.cases import CONTROL, OUTSIDE, PAIR, REMOVED, SINGLE, CheckedCase, gap_declared
+from gap.diagnosis import probability
+
+SURE = 1e-3  # no nearer to 0 or 1 than this
+LOOSE = 0.5  # share of a constant by which a fit may move it, one standard deviation
+
+
+def none_standing() -> Standing:
+    """Return the constants of "none of these" with references as they stand."""
+    names = ("NONE", "NONE_OPEN", "NONE_ENERGY", "NONE_WORST", "NONE_MANY")
+    values = np.array([float(getattr(probability, name)) for name in names])
+    return Standing(names, values, LOOSE * np.abs(values), np.array([0.0, 1.0, 1.0, 1.0, 1.0]))
+
+
+def none_rows(cases: Sequence[CheckedCase]) -> Rows:
+    """Return a row a case with a gap and references: what its causes leave, and whether it is outside."""
+    features, outcomes = [], []
+    for case in cases:
+        left = case.answer.remainder
+        if (
+            left is None
+            or case.kind == CONTROL
+            or not (case.answer.referenced and gap_declared(case))
+        ):
+            continue
+        surely = math.log(max(left.p, 1e-9)) / math.log(float(probability.SURELY_ODD))
+        odd = min(1.0, surely)
+        features.append((
+            1.0,
+            odd * (1.0 - left.closed),
+            odd * math.log(max(left.excess, 1.0)),
+            odd * math.log(max(left.worst, 1.0)),
+            max(0, len(case.answer.named) - 2),
+        ))  # fmt: skip
+        outcomes.append(case.kind in {OUTSIDE, REMOVED})
+    return Rows(np.array(features).reshape(-1, 5), np.array(outcomes, dtype=bool))
+
+
+def cause_standing() -> Standing:
+    """Return the curve that leaves a given probability as it is."""
+    names = ("offset", "slope")
+    return Standing(names, np.array([0.0, 1.0]), np.array([1.0, 0.5]), np.array([0.0, 1.0]))
+
+
+def cause_rows(cases: Sequence[CheckedCase]) -> Rows:
+    """Return a row a named cause: log odds of its probability, and whether it is one that was there."""
+    features, outcomes = [], []
+    for case in cases:
+        if case.kind not in {SINGLE, PAIR, CONTROL} or not gap_declared(case):
+            continue
+        for one in case.answer.named:
+            chance = min(max(one.probability, SURE), 1.0 - SURE)
+            features.append((1.0, math.log(chance / (1.0 - chance))))
+            outcomes.append(any(one.effect == truth.effect for truth in case.truths))
+    return Rows(np.array(features).reshape(-1, 2), np.array(outcomes, dtype=bool))

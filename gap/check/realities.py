@@ -1,0 +1,136 @@
+"""How often a diagnosis is right on each of several realities, and on which it is worst.
+
+Pure: takes the checked cases of each reality. A mean over realities would hide the one that counts.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from gap.check.cases import (
+    CONTROL,
+    OUTSIDE,
+    PAIR,
+    REMOVED,
+    SINGLE,
+    UNEXPLAINED,
+    CheckedCase,
+    gap_declared,
+    group_of,
+    named_effects,
+    named_right,
+)
+from gap.check.score import (
+    Figure,
+    area_under,
+    calibration_error,
+    leg_right,
+    number,
+    numbers_within,
+    ratio,
+    recognised_unlike,
+    share,
+    stage_right,
+)
+
+FIRST = "first cause right, with leg"
+WITHIN_LOW, WITHIN_HIGH = 0.60, 0.80
+
+
+@dataclass(frozen=True, slots=True)
+class RealityFigures:
+    """Figures of one reality.
+
+    Attributes:
+        name: Of the reality.
+        figures: In the order of the bars.
+        cases: How many cases there are.
+        hidden: Cases left out because their sensors cannot show an effect of theirs, which was said before.
+        crashed: Names of cases without an answer.
+    """
+
+    name: str
+    figures: tuple[Figure, ...]
+    cases: int
+    hidden: int
+    crashed: tuple[str, ...] = ()
+
+    @property
+    def missed(self) -> tuple[str, ...]:
+        """Names of the bars that were missed."""
+        return tuple(figure.name for figure in self.figures if figure.met is False)
+
+
+def figures_of_reality(
+    name: str, cases: Sequence[CheckedCase], crashed: Sequence[str] = ()
+) -> RealityFigures:
+    """Count the cases of one reality.
+
+    Single cases count whether their gap was declared or not. Those with an effect that the diagnosis said
+    beforehand its sensors cannot show do not count.
+    """
+    counted = [case for case in cases if not _cannot_be_seen(case)]
+    single = [c for c in counted if c.kind == SINGLE]
+    declared = [c for c in single if gap_declared(c)]
+    controls = [c for c in counted if c.kind == CONTROL]
+    pairs = [c for c in counted if c.kind == PAIR]
+    odd = [c for c in counted if c.kind in {OUTSIDE, REMOVED}]
+    inside = [c for c in counted if c.kind in {SINGLE, PAIR} and gap_declared(c)]
+    auroc = area_under(
+        [c.answer.none for c in odd if gap_declared(c)], [c.answer.none for c in inside]
+    )
+    within = numbers_within(declared, 1.0)
+    figures = (
+        share(FIRST, (named_right(c) and leg_right(c) for c in single), 0.88),
+        share("or in its declared group", (_in_group(c) for c in single), 0.95),
+        share("stage right, of detected", (stage_right(c) for c in declared), 0.97),
+        share("healthy called no_gap", (not gap_declared(c) for c in controls), 0.95),
+        share("both causes of a pair", (_both(c) for c in pairs), 0.80),
+        share("outside: unexplained", map(recognised_unlike, odd), 0.75),
+        number("AUROC of none of these", auroc, len(odd), ">= 0.93", lambda v: v >= 0.93),
+        share(
+            "listed, called unexplained", (c.answer.verdict == UNEXPLAINED for c in inside),
+            0.05, at_most=True,
+        ),
+        number("calibration error", *calibration_error(counted), "<= 0.05", lambda v: v <= 0.05),
+        _between("number within one of its +-", within),
+        share("number within two of its +-", numbers_within(declared, 2.0), 0.90),
+        number("crashed", float(len(crashed)), len(cases) + len(crashed), "0", lambda v: v == 0),
+    )  # fmt: skip
+    return RealityFigures(name, figures, len(cases), len(cases) - len(counted), tuple(crashed))
+
+
+def worst_reality(rows: Sequence[RealityFigures]) -> RealityFigures:
+    """Return the reality that misses most bars; of equal ones that with fewest first causes right."""
+    return max(rows, key=lambda row: (len(row.missed), -_first(row)))
+
+
+def _first(row: RealityFigures) -> float:
+    value = next(f.value for f in row.figures if f.name == FIRST)
+    return 1.0 if math.isnan(value) else value
+
+
+def _cannot_be_seen(case: CheckedCase) -> bool:
+    return any(truth.effect in case.answer.hidden for truth in case.truths)
+
+
+def _in_group(case: CheckedCase) -> bool:
+    """Whether the true effect is the first named, at its leg, or declared to be like it."""
+    if named_right(case):
+        return leg_right(case)
+    return case.truths[0].effect in group_of(case)
+
+
+def _both(case: CheckedCase) -> bool:
+    named = list(named_effects(case))
+    for truth in case.truths:
+        if truth.effect not in named:
+            return False
+        named.remove(truth.effect)
+    return True
+
+
+def _between(name: str, hits: Sequence[bool]) -> Figure:
+    one = ratio(name, sum(hits), len(hits), WITHIN_LOW)
+    met = None if one.met is None else WITHIN_LOW <= one.value <= WITHIN_HIGH
+    return replace(one, bar=f"{WITHIN_LOW:.0%} to {WITHIN_HIGH:.0%}", met=met)

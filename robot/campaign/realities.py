@@ -1,0 +1,104 @@
+"""``bigant gap check --realities``: a campaign of each of several realities, one row each, the worst named.
+
+Constants of the probabilities are fitted on all realities but one and judged on that one, each in turn.
+"""
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+
+from gap.check.calibration import LeftOut, leave_one_out
+from gap.check.cases import CheckedCase
+from gap.check.evidence_rows import cause_rows, cause_standing, none_rows, none_standing
+from gap.check.realities import RealityFigures, figures_of_reality, worst_reality
+from gap.check.score import confusions
+from model.errors import RecordError
+from record.whole_file import write_text
+from robot.campaign.answers import (
+    answer_each,
+    answer_removed,
+    blind_requests,
+    checked_cases,
+    files_of,
+    read_labels,
+)
+from robot.campaign.case import CASES
+from robot.campaign.reality_text import reality_lines, reality_markdown
+from robot.console.exit_codes import ExitCode
+from robot.console.json_output import give_json, to_stdout
+from robot.requests.gap import GapCheckRequest
+
+
+def check_realities(request: GapCheckRequest, executor: Executor) -> ExitCode:
+    """Diagnose all campaigns of a folder, open their seals, count each for itself.
+
+    Raises:
+        RecordError: The folder holds no campaigns, or a file cannot be read or written.
+        ConfigError: A wrong key, or none for sealed labels.
+    """
+    folders = _campaigns(request.campaign)
+    crashed = {}
+    for name, folder in folders.items():  # all before any label is looked at
+        files = files_of(folder, no_references=request.no_references)
+        failed = answer_each(blind_requests(files, _out(request, folder)), executor, name)
+        crashed[name] = dict(failed)
+    cases = {
+        name: _counted(request, folder, crashed[name], executor) for name, folder in folders.items()
+    }
+    rows = [figures_of_reality(name, own, tuple(crashed[name])) for name, own in cases.items()]
+    none = leave_one_out({name: none_rows(own) for name, own in cases.items()}, none_standing())
+    cause = leave_one_out({name: cause_rows(own) for name, own in cases.items()}, cause_standing())
+    _give(request, rows, (none, cause), cases, crashed)
+    missed = any(row.missed for row in rows)
+    return ExitCode.VERDICT_FAILED if missed else ExitCode.OK
+
+
+def _give(
+    request: GapCheckRequest,
+    rows: Sequence[RealityFigures],
+    left_out: tuple[Sequence[LeftOut], Sequence[LeftOut]],
+    cases: Mapping[str, Sequence[CheckedCase]],
+    crashed: Mapping[str, Mapping[str, BaseException]],
+) -> None:
+    worst, confused = worst_reality(rows), {name: confusions(own) for name, own in cases.items()}
+    if not to_stdout(request.json):
+        print("\n".join(reality_lines(rows, worst, left_out, confused)))
+        for name, failed in crashed.items():
+            for case, error in failed.items():
+                print(f"  {name} {case} got no answer: {error!r}")
+    whole = {
+        "realities": rows,
+        "worst": worst.name,
+        "left_out": {"none_of_these": left_out[0], "causes": left_out[1]},
+        "confusions": confused,
+        "crashed": {n: {c: repr(e) for c, e in failed.items()} for n, failed in crashed.items()},
+        "cases": cases,
+    }
+    give_json(whole, request.json, indent=1)
+    if request.markdown is not None:
+        write_text(request.markdown, reality_markdown(rows, worst, left_out), "--markdown")
+
+
+def _campaigns(folder: Path) -> dict[str, Path]:
+    folders = {path.parent.name: path.parent for path in sorted(folder.glob(f"*/{CASES}"))}
+    if not folders:
+        raise RecordError(
+            f"{folder} holds no campaigns (NAME/{CASES}); make them with: bigant sim campaign --reality all"
+        )
+    return folders
+
+
+def _out(request: GapCheckRequest, folder: Path) -> Path:
+    return folder / "answers" if request.out is None else request.out / folder.name
+
+
+def _counted(
+    request: GapCheckRequest, folder: Path, crashed: Mapping[str, object], executor: Executor
+) -> list[CheckedCase]:
+    """Open the labels of one campaign and put its answers beside them."""
+    every = files_of(folder, no_references=request.no_references)
+    files = [one for one in every if one.name not in crashed]
+    labels, out = read_labels(folder, request.key, every), _out(request, folder)
+    answers = [(one.name, labels[one.name].kind, out / f"{one.name}.json") for one in files]
+    answers += answer_removed(files, labels, out, request.removed, executor)
+    return checked_cases(answers, labels, {})

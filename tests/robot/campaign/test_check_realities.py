@@ -1,0 +1,153 @@
+"""``bigant gap check --realities`` as one types it, on answers that are there; a cluster; bad input."""
+
+import json
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robot.campaign import check
+from robot.cli.main import run as command
+from robot.console.exit_codes import ExitCode
+from tests.robot.scenarios import ONE, write_scenario
+
+STAGES = {"foot_friction": "friction", "servo_lag": "actuation"}
+
+
+def written(folder: Path, cases: dict[str, tuple[str, str, str]]) -> None:
+    """A campaign whose cases (kind, true effect, named effect) are answered already."""
+    labels: dict[str, Any] = {}
+    for name, (kind, true, named) in cases.items():
+        trial = folder / "cases" / name / "trial_1.parquet"
+        trial.parent.mkdir(parents=True, exist_ok=True)
+        trial.touch()
+        effects = (
+            [{"name": true, "stage": STAGES[true], "leg": "", "parameters": {}}] if true else []
+        )
+        labels[name] = {"kind": kind, "robot": 0, "seeds": [1], "effects": effects}
+        causes = (
+            [{"effect": named, "legs": [], "parameters": {}, "probability": 0.9}] if named else []
+        )
+        answer = {
+            "verdict": "explained" if named else "no_gap",
+            "where": {"stage": STAGES.get(named, "")},
+            "causes": causes,
+            "gap": {"shrink": None},
+            "none_of_these": 0.1,
+            "floor": {"source": "references"},
+            "fit": {"closed": 0.9, "excess_after": 1.2, "worst_after": 2.0, "p_after": 0.2},
+            "seconds": 1.0,
+        }
+        path = folder / "answers" / f"{name}.json"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(json.dumps(answer))
+    (folder / "labels.json").write_text(json.dumps({"entropy": "", "cases": labels}))
+
+
+@pytest.fixture
+def realities(tmp_path: Path) -> Path:
+    control, lag = ("control", "", ""), ("single", "servo_lag", "servo_lag")
+    written(tmp_path / "calm", {"a": lag, "b": lag, "c": control})
+    wrong = ("single", "servo_lag", "foot_friction")
+    written(tmp_path / "rough", {"a": lag, "b": wrong, "c": ("control", "", "servo_lag")})
+    return tmp_path
+
+
+def test_each_has_a_row_and_the_worst_is_named(
+    realities: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, page = realities / "figures.json", realities / "figures.md"
+    line = [
+        "gap",
+        "check",
+        str(realities),
+        "--realities",
+        "--json",
+        str(out),
+        "--markdown",
+        str(page),
+    ]
+    assert command(line) == ExitCode.VERDICT_FAILED
+    told = capsys.readouterr().out.splitlines()
+    rows = {one.split()[0]: one.split() for one in told[1:3]}
+    assert "100.0%" in rows["calm"]
+    assert "50.0%" in rows["rough"]
+    assert any(one.startswith("worst: rough, which misses") for one in told)
+    assert "rough b  servo_lag: foot_friction" in " ".join(told)
+    whole = json.loads(out.read_text())
+    assert whole["worst"] == "rough"
+    first = {one["name"]: one["figures"][0]["value"] for one in whole["realities"]}
+    assert first == {"calm": 1.0, "rough": 0.5}
+    assert {one["name"] for one in whole["left_out"]["causes"]} == {"calm", "rough"}
+    assert "| rough | 3 | 50.0% of 2 * |" in page.read_text()
+
+
+def test_a_folder_that_holds_none_and_options_that_do_not_go_together(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert command(["gap", "check", str(tmp_path), "--realities"]) != 0
+    assert "holds no campaigns" in capsys.readouterr().err
+    scenario = write_scenario(tmp_path, ONE)
+    line = ["gap", "check", str(tmp_path), "--realities", "--scenario", str(scenario)]
+    assert command(line) == ExitCode.USAGE
+    assert "is for one campaign" in capsys.readouterr().err
+
+
+def test_a_case_without_an_answer_is_counted_and_does_not_stop_the_others(
+    realities: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(check, "campaign_executor", lambda *_: ThreadPoolExecutor(1))
+    (realities / "calm" / "answers" / "a.json").unlink()  # its trial is an empty file
+    out = realities / "figures.json"
+    line = ["gap", "check", str(realities), "--realities", "--jobs", "1", "--json", str(out)]
+    assert command(line) == ExitCode.VERDICT_FAILED
+    assert "calm a got no answer" in capsys.readouterr().out
+    whole = json.loads(out.read_text())
+    assert list(whole["crashed"]["calm"]) == ["a"]
+    calm = next(one for one in whole["realities"] if one["name"] == "calm")
+    assert calm["crashed"] == ["a"]
+    assert calm["figures"][-1] == {
+        "name": "crashed", "value": 1.0, "low": None, "high": None, "cases": 3, "bar": "0", "met": False,
+    }  # fmt: skip
+
+
+def test_a_cluster_without_dask_is_one_sentence(
+    realities: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    line = ["gap", "check", str(realities), "--realities", "--dask", "tcp://127.0.0.1:9"]
+    assert command(line) == ExitCode.USAGE
+    told = capsys.readouterr().err
+    assert "--dask: needs Dask; install it with" in told
+    assert len(told.strip().splitlines()) == 1
+
+
+@pytest.mark.soak
+def test_a_cluster_gives_the_same_answers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Campaign and check through ``distributed``'s executor, and by processes here."""
+    distributed = pytest.importorskip("distributed", reason="pip install -e '.[dask]'")
+    text = ONE.replace("seconds = 0.1", "seconds = 12.0").replace("count = 1", "count = 0")
+    scenario = write_scenario(tmp_path, text)
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
+        where = {"here": ["--jobs", "1"], "there": ["--dask", cluster.scheduler_address]}
+        answers = {}
+        for name, options in where.items():
+            out = tmp_path / name
+            made = ["sim", "campaign", str(scenario), "--out", str(out), "--reality", "cascaded"]
+            assert command([*made, *options]) == 0
+            figures = tmp_path / f"{name}.json"
+            command(["gap", "check", str(out), "--realities", "--json", str(figures), *options])
+            capsys.readouterr()
+            whole = json.loads(figures.read_text())
+            for case in whole["cases"]["cascaded"]:
+                case["answer"]["seconds"] = None
+            trials = [p.read_bytes() for p in sorted(out.rglob("*.parquet"))]
+            assert len(trials) == 2
+            answers[name] = whole["cases"], whole["crashed"], trials
+    assert answers["here"] == answers["there"]
