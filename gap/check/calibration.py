@@ -32,7 +32,7 @@ class Rows:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Standing:
+class ConstantPrior:
     """Constants as they stand.
 
     Attributes:
@@ -70,16 +70,16 @@ class LeftOut:
     constants: tuple[tuple[str, float], ...]
 
 
-def fit_constants(rows: Rows, standing: Standing) -> FloatArray:
+def fit_constants(rows: Rows, prior: ConstantPrior) -> FloatArray:
     """Return the constants of greatest posterior density, (K,): a normal prior about those that stand.
 
     Convex, so that there is one answer; without rows it is the constants as they stand.
     """
-    free = standing.spread > 0
-    scale = np.where(free, standing.spread, 1.0)
+    free = prior.spread > 0
+    scale = np.where(free, prior.spread, 1.0)
 
     def cost(moved: FloatArray) -> tuple[float, FloatArray]:
-        constants = standing.values + scale * np.where(free, moved, 0.0)
+        constants = prior.values + scale * np.where(free, moved, 0.0)
         odds = rows.features @ constants
         sign = np.where(rows.outcomes, 1.0, -1.0)
         slope = -(sign * expit(-sign * odds)) @ rows.features * scale
@@ -88,11 +88,11 @@ def fit_constants(rows: Rows, standing: Standing) -> FloatArray:
 
     bounds = [
         _bounds(sign, value, size)
-        for sign, value, size in zip(standing.signs, standing.values, scale, strict=True)
+        for sign, value, size in zip(prior.signs, prior.values, scale, strict=True)
     ]
-    start = np.zeros(len(standing.values))
+    start = np.zeros(len(prior.values))
     best = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds)
-    fitted: FloatArray = standing.values + scale * np.where(free, best.x, 0.0)
+    fitted: FloatArray = prior.values + scale * np.where(free, best.x, 0.0)
     return fitted
 
 
@@ -104,15 +104,15 @@ def _bounds(sign: float, value: float, size: float) -> tuple[float | None, float
     return (edge, None) if sign > 0 else (None, edge)
 
 
-def leave_one_out(rows: Mapping[str, Rows], standing: Standing) -> tuple[LeftOut, ...]:
+def leave_one_out(rows: Mapping[str, Rows], prior: ConstantPrior) -> tuple[LeftOut, ...]:
     """Judge each reality by constants fitted on all the others."""
     judged = []
     for name, own in rows.items():
         others = [one for other, one in rows.items() if other != name]
         if not len(own.outcomes) or not any(len(one.outcomes) for one in others):
             continue
-        fitted = fit_constants(joined(others), standing)
-        now = _probabilities(own, standing.values)
+        fitted = fit_constants(joined(others), prior)
+        now = _probabilities(own, prior.values)
         then = _probabilities(own, fitted)
         judged.append(
             LeftOut(
@@ -121,8 +121,8 @@ def leave_one_out(rows: Mapping[str, Rows], standing: Standing) -> tuple[LeftOut
                 binned_error(then, own.outcomes),
                 binned_error(now, own.outcomes),
                 _loss(own, fitted),
-                _loss(own, standing.values),
-                tuple(zip(standing.names, map(float, fitted), strict=True)),
+                _loss(own, prior.values),
+                tuple(zip(prior.names, map(float, fitted), strict=True)),
             )
         )
     return tuple(judged)

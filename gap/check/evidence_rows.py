@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gap.check.calibration import Rows, Standing
+from gap.check.calibration import ConstantPrior, Rows
 from gap.check.cases import CONTROL, OUTSIDE, PAIR, REMOVED, SINGLE, CheckedCase, gap_declared
 from gap.diagnosis import probability
 
@@ -17,11 +17,11 @@ SURE = 1e-3  # no nearer to 0 or 1 than this
 LOOSE = 0.5  # share of a constant by which a fit may move it, one standard deviation
 
 
-def none_standing() -> Standing:
+def none_prior() -> ConstantPrior:
     """Return the constants of "none of these" with references as they stand."""
     names = ("NONE", "NONE_OPEN", "NONE_ENERGY", "NONE_WORST", "NONE_MANY")
     values = np.array([float(getattr(probability, name)) for name in names])
-    return Standing(names, values, LOOSE * np.abs(values), np.array([0.0, 1.0, 1.0, 1.0, 1.0]))
+    return ConstantPrior(names, values, LOOSE * np.abs(values), np.array([0.0, 1.0, 1.0, 1.0, 1.0]))
 
 
 def none_rows(cases: Sequence[CheckedCase]) -> Rows:
@@ -48,10 +48,10 @@ def none_rows(cases: Sequence[CheckedCase]) -> Rows:
     return Rows(np.array(features).reshape(-1, 5), np.array(outcomes, dtype=bool))
 
 
-def cause_standing() -> Standing:
+def cause_prior() -> ConstantPrior:
     """Return the curve that leaves a given probability as it is."""
     names = ("offset", "slope")
-    return Standing(names, np.array([0.0, 1.0]), np.array([1.0, 0.5]), np.array([0.0, 1.0]))
+    return ConstantPrior(names, np.array([0.0, 1.0]), np.array([1.0, 0.5]), np.array([0.0, 1.0]))
 
 
 def cause_rows(cases: Sequence[CheckedCase]) -> Rows:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from gap.check.calibration import LeftOut, leave_one_out
 from gap.check.cases import CheckedCase
-from gap.check.evidence_rows import cause_rows, cause_standing, none_rows, none_standing
+from gap.check.evidence_rows import cause_prior, cause_rows, none_prior, none_rows
 from gap.check.realities import RealityFigures, figures_of_reality, worst_reality
 from gap.check.score import confusions
 from model.errors import RecordError
@@ -46,8 +46,8 @@ def check_realities(request: GapCheckRequest, executor: Executor) -> ExitCode:
         name: _counted(request, folder, crashed[name], executor) for name, folder in folders.items()
     }
     rows = [figures_of_reality(name, own, tuple(crashed[name])) for name, own in cases.items()]
-    none = leave_one_out({name: none_rows(own) for name, own in cases.items()}, none_standing())
-    cause = leave_one_out({name: cause_rows(own) for name, own in cases.items()}, cause_standing())
+    none = leave_one_out({name: none_rows(own) for name, own in cases.items()}, none_prior())
+    cause = leave_one_out({name: cause_rows(own) for name, own in cases.items()}, cause_prior())
     _give(request, rows, (none, cause), cases, crashed)
     missed = any(row.missed for row in rows)
     return ExitCode.VERDICT_FAILED if missed else ExitCode.OK

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.special import expit, logit
 
-from gap.check.calibration import Rows, Standing, binned_error, fit_constants, leave_one_out
+from gap.check.calibration import ConstantPrior, Rows, binned_error, fit_constants, leave_one_out
 from gap.check.cases import (
     CONTROL,
     OUTSIDE,
@@ -19,7 +19,7 @@ from gap.check.cases import (
     Remainder,
     Truth,
 )
-from gap.check.evidence_rows import cause_rows, cause_standing, none_rows, none_standing
+from gap.check.evidence_rows import cause_prior, cause_rows, none_prior, none_rows
 from gap.check.realities import figures_of_reality, worst_reality
 from gap.check.score import numbers_within
 from gap.diagnosis.probability import Fit, none_of_them
@@ -99,7 +99,7 @@ def test_the_worst_is_that_with_most_bars_missed() -> None:
 
 # Constants.
 
-STANDING = Standing(("a", "b"), np.array([0.0, 1.0]), np.array([3.0, 3.0]), np.zeros(2))
+PRIOR = ConstantPrior(("a", "b"), np.array([0.0, 1.0]), np.array([3.0, 3.0]), np.zeros(2))
 
 
 def drawn(constants: tuple[float, float], count: int, seed: int) -> Rows:
@@ -110,26 +110,26 @@ def drawn(constants: tuple[float, float], count: int, seed: int) -> Rows:
 
 
 def test_constants_that_made_the_outcomes_are_recovered() -> None:
-    fitted = fit_constants(drawn((-1.0, 0.5), 20000, 1), STANDING)
+    fitted = fit_constants(drawn((-1.0, 0.5), 20000, 1), PRIOR)
     assert fitted == pytest.approx([-1.0, 0.5], abs=0.06)
 
 
 def test_few_rows_do_not_lead_far_and_none_nowhere() -> None:
     nothing = Rows(np.zeros((0, 2)), np.zeros(0, dtype=bool))
-    assert fit_constants(nothing, STANDING) == pytest.approx([0.0, 1.0])
-    tight = replace(STANDING, spread=np.array([0.1, 0.0]))
+    assert fit_constants(nothing, PRIOR) == pytest.approx([0.0, 1.0])
+    tight = replace(PRIOR, spread=np.array([0.1, 0.0]))
     moved = fit_constants(drawn((-4.0, -2.0), 30, 2), tight)
     assert -0.5 < moved[0] < 0.0
     assert moved[1] == 1.0, "no spread: it stays"
-    held = replace(STANDING, signs=np.array([0.0, 1.0]))
+    held = replace(PRIOR, signs=np.array([0.0, 1.0]))
     assert fit_constants(drawn((0.0, -2.0), 2000, 3), held)[1] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_reality_left_out_has_no_say_in_its_own_constants() -> None:
     rows = {name: drawn((-1.0, 0.5), 400, seed) for seed, name in enumerate("abc")}
-    before = {one.name: one for one in leave_one_out(rows, STANDING)}
+    before = {one.name: one for one in leave_one_out(rows, PRIOR)}
     flipped = {**rows, "a": Rows(rows["a"].features, ~rows["a"].outcomes)}
-    after = {one.name: one for one in leave_one_out(flipped, STANDING)}
+    after = {one.name: one for one in leave_one_out(flipped, PRIOR)}
     assert after["a"].constants == before["a"].constants
     assert after["b"].constants != before["b"].constants
     assert before["a"].loss < before["a"].loss_now
@@ -149,7 +149,7 @@ def test_rows_of_none_of_these_give_the_probability_that_is_given() -> None:
     cases = [answered(one, *named, remainder=left) for one in (RIGHT, ODD)]
     rows = none_rows([*cases, HEALTHY, answered(RIGHT, NAMED, remainder=left, referenced=False)])
     assert rows.outcomes.tolist() == [False, True]
-    given = expit(rows.features @ none_standing().values)
+    given = expit(rows.features @ none_prior().values)
     assert given[0] == pytest.approx(none_of_them(Fit(0.7, 2.5, 9.0, 1e-4, 0.0), 3, True))
 
 
@@ -158,4 +158,4 @@ def test_rows_of_causes_are_the_log_odds_that_were_given() -> None:
     rows = cause_rows([RIGHT, wrong, HEALTHY, ODD])
     assert rows.outcomes.tolist() == [True, False]
     assert rows.features[:, 1] == pytest.approx([logit(0.9), logit(0.2)])
-    assert expit(rows.features @ cause_standing().values) == pytest.approx([0.9, 0.2])
+    assert expit(rows.features @ cause_prior().values) == pytest.approx([0.9, 0.2])
