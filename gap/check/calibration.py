@@ -19,7 +19,7 @@ BINS = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rows:
+class CaseRows:
     """What is known of N cases, and how each turned out.
 
     Attributes:
@@ -70,7 +70,7 @@ class LeftOut:
     constants: tuple[tuple[str, float], ...]
 
 
-def fit_constants(rows: Rows, prior: ConstantPrior) -> FloatArray:
+def fit_constants(rows: CaseRows, prior: ConstantPrior) -> FloatArray:
     """Return the constants of greatest posterior density, (K,): a normal prior about those that stand.
 
     Convex, so that there is one answer; without rows it is the constants as they stand.
@@ -104,7 +104,7 @@ def _bounds(sign: float, value: float, size: float) -> tuple[float | None, float
     return (edge, None) if sign > 0 else (None, edge)
 
 
-def leave_one_out(rows: Mapping[str, Rows], prior: ConstantPrior) -> tuple[LeftOut, ...]:
+def leave_one_out(rows: Mapping[str, CaseRows], prior: ConstantPrior) -> tuple[LeftOut, ...]:
     """Judge each reality by constants fitted on all the others."""
     judged = []
     for name, own in rows.items():
@@ -128,9 +128,9 @@ def leave_one_out(rows: Mapping[str, Rows], prior: ConstantPrior) -> tuple[LeftO
     return tuple(judged)
 
 
-def joined(rows: Sequence[Rows]) -> Rows:
+def joined(rows: Sequence[CaseRows]) -> CaseRows:
     """Return all rows, one behind the other."""
-    return Rows(
+    return CaseRows(
         np.concatenate([one.features for one in rows]),
         np.concatenate([one.outcomes for one in rows]),
     )
@@ -147,11 +147,11 @@ def binned_error(probability: FloatArray, outcomes: BoolArray) -> float:
     return sum(off) / len(outcomes)
 
 
-def _probabilities(rows: Rows, constants: FloatArray) -> FloatArray:
+def _probabilities(rows: CaseRows, constants: FloatArray) -> FloatArray:
     chance: FloatArray = expit(rows.features @ constants)
     return chance
 
 
-def _loss(rows: Rows, constants: FloatArray) -> float:
+def _loss(rows: CaseRows, constants: FloatArray) -> float:
     sign = np.where(rows.outcomes, 1.0, -1.0)
     return -float(log_expit(sign * (rows.features @ constants)).mean())

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gap.check.calibration import ConstantPrior, Rows
+from gap.check.calibration import CaseRows, ConstantPrior
 from gap.check.cases import CONTROL, OUTSIDE, PAIR, REMOVED, SINGLE, CheckedCase, gap_declared
 from gap.diagnosis import probability
 
@@ -24,7 +24,7 @@ def none_prior() -> ConstantPrior:
     return ConstantPrior(names, values, LOOSE * np.abs(values), np.array([0.0, 1.0, 1.0, 1.0, 1.0]))
 
 
-def none_rows(cases: Sequence[CheckedCase]) -> Rows:
+def none_rows(cases: Sequence[CheckedCase]) -> CaseRows:
     """Return a row a case with a gap and references: what its causes leave, and whether it is outside."""
     features, outcomes = [], []
     for case in cases:
@@ -45,7 +45,7 @@ def none_rows(cases: Sequence[CheckedCase]) -> Rows:
             max(0, len(case.answer.named) - 2),
         ))  # fmt: skip
         outcomes.append(case.kind in {OUTSIDE, REMOVED})
-    return Rows(np.array(features).reshape(-1, 5), np.array(outcomes, dtype=bool))
+    return CaseRows(np.array(features).reshape(-1, 5), np.array(outcomes, dtype=bool))
 
 
 def cause_prior() -> ConstantPrior:
@@ -54,7 +54,7 @@ def cause_prior() -> ConstantPrior:
     return ConstantPrior(names, np.array([0.0, 1.0]), np.array([1.0, 0.5]), np.array([0.0, 1.0]))
 
 
-def cause_rows(cases: Sequence[CheckedCase]) -> Rows:
+def cause_rows(cases: Sequence[CheckedCase]) -> CaseRows:
     """Return a row a named cause: log odds of its probability, and whether it is one that was there."""
     features, outcomes = [], []
     for case in cases:
@@ -64,4 +64,4 @@ def cause_rows(cases: Sequence[CheckedCase]) -> Rows:
             chance = min(max(one.probability, SURE), 1.0 - SURE)
             features.append((1.0, math.log(chance / (1.0 - chance))))
             outcomes.append(any(one.effect == truth.effect for truth in case.truths))
-    return Rows(np.array(features).reshape(-1, 2), np.array(outcomes, dtype=bool))
+    return CaseRows(np.array(features).reshape(-1, 2), np.array(outcomes, dtype=bool))

@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 from scipy.special import expit, logit
 
-from gap.check.calibration import ConstantPrior, Rows, binned_error, fit_constants, leave_one_out
+from gap.check.calibration import (
+    CaseRows,
+    ConstantPrior,
+    binned_error,
+    fit_constants,
+    leave_one_out,
+)
 from gap.check.cases import (
     CONTROL,
     OUTSIDE,
@@ -102,11 +108,11 @@ def test_the_worst_is_that_with_most_bars_missed() -> None:
 PRIOR = ConstantPrior(("a", "b"), np.array([0.0, 1.0]), np.array([3.0, 3.0]), np.zeros(2))
 
 
-def drawn(constants: tuple[float, float], count: int, seed: int) -> Rows:
+def drawn(constants: tuple[float, float], count: int, seed: int) -> CaseRows:
     random = np.random.default_rng(seed)
     features = np.column_stack([np.ones(count), random.normal(0, 2, count)])
     chance = expit(features @ np.array(constants))
-    return Rows(features, random.random(count) < chance)
+    return CaseRows(features, random.random(count) < chance)
 
 
 def test_constants_that_made_the_outcomes_are_recovered() -> None:
@@ -115,7 +121,7 @@ def test_constants_that_made_the_outcomes_are_recovered() -> None:
 
 
 def test_few_rows_do_not_lead_far_and_none_nowhere() -> None:
-    nothing = Rows(np.zeros((0, 2)), np.zeros(0, dtype=bool))
+    nothing = CaseRows(np.zeros((0, 2)), np.zeros(0, dtype=bool))
     assert fit_constants(nothing, PRIOR) == pytest.approx([0.0, 1.0])
     tight = replace(PRIOR, spread=np.array([0.1, 0.0]))
     moved = fit_constants(drawn((-4.0, -2.0), 30, 2), tight)
@@ -128,7 +134,7 @@ def test_few_rows_do_not_lead_far_and_none_nowhere() -> None:
 def test_a_reality_left_out_has_no_say_in_its_own_constants() -> None:
     rows = {name: drawn((-1.0, 0.5), 400, seed) for seed, name in enumerate("abc")}
     before = {one.name: one for one in leave_one_out(rows, PRIOR)}
-    flipped = {**rows, "a": Rows(rows["a"].features, ~rows["a"].outcomes)}
+    flipped = {**rows, "a": CaseRows(rows["a"].features, ~rows["a"].outcomes)}
     after = {one.name: one for one in leave_one_out(flipped, PRIOR)}
     assert after["a"].constants == before["a"].constants
     assert after["b"].constants != before["b"].constants
