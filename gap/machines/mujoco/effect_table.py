@@ -81,10 +81,10 @@ def _row(
 
 
 Number = tuple[Parameter, tuple[str, str], str]
-COULOMB: Number = (share("coulomb_nm", "N m", 0.1, 2.0), ("coulomb_nm", "+"), OF_TORQUE)
+COULOMB: Number = (share("coulomb_nm", "N m", 0.2, 2.0), ("coulomb_nm", "+"), OF_TORQUE)
 VISCOUS: Number = (share("viscous_nm_s", "N m s", 0.05, 2.0), ("viscous_nm_s", "+"), OF_TORQUE)
 ARMATURE: Number = (
-    share("armature_kg_m2", "kg m^2", 1.0, 30.0),
+    share("armature_kg_m2", "kg m^2", 4.0, 60.0),
     ("armature_kg_m2", "+"),
     OF_INERTIA,
 )
@@ -125,7 +125,7 @@ JOINT_EFFECTS = (
          kinds=LOOPS, scopes=SAME),
     _row("servo_lag", CONTROLLER, (share("time_constant_s", "s", 0.03, 0.5), ("lag_s", "+"), PLAIN),
          kinds=LOOPS, scopes=SAME),
-    _row("controller_gain", CONTROLLER, _times("kp", 0.1, 5.0, 0.3), kinds=LOOPS, scopes=SAME, each=True),
+    _row("controller_gain", CONTROLLER, _times("kp", 0.1, 5.0, 0.3), kinds=LOOPS, scopes=SAME),
     _row(
         "damping_gain", CONTROLLER, _times("kd", 0.0, 5.0, 0.3), kinds=LOOPS, needs=DAMPED, scopes=SAME,
         words=("The loop damps less or more than thought.", "Read the gain registers."),

@@ -23,10 +23,10 @@ from gap.machines.mujoco.settings import RigidSettings, WorldNumbers
 from model.errors import GapError
 from model.values.arrays import BoolArray, FloatArray, IntArray
 
-SEGMENT_S = (
-    0.5  # after which a run fed what was measured begins anew: several times a loop's own memory
-)
-MOST_S = 12.0  # of a trial, that is simulated in segments; they lie evenly over a longer one
+# A run fed what was measured begins anew after so long: many times a loop's own memory, so that where a
+# joint comes to rest counts, and not how it began.
+SEGMENT_S = 1.0
+MOST_S = 16.0  # of a trial, that is simulated in segments; they lie evenly over a longer one
 LARGEST_STEP_S = 0.0025
 SHORTEST_STEP_S = 0.0002
 STIFF = 0.4  # step times the fastest frequency of a loop, at most

@@ -148,7 +148,7 @@ class MjcfMachine:
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
         """Return what the channels would read with these causes added, (F, C).
 
-        Fed what was measured, joints begin anew from the measured state every half a second.
+        Fed what was measured, joints begin anew from the measured state every second.
 
         Raises:
             GapError: A cause is not of the catalogue, its joints or values do not fit, or the machine as
