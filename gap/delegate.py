@@ -46,6 +46,9 @@ class Delegate:
     @property
     def predict_many(self) -> PredictMany | None:
         """Predict many at once, each as its trial's simulator does; None where one of them cannot."""
+        own = type(self)
+        if own.predict is not Delegate.predict and own._many is Delegate._many:
+            return None  # it predicts in its own manner, one by one
         return self._many if all(map(many_of, self.machines)) else None
 
     def _many(self, requests: Sequence[ManyRequest]) -> list[FloatArray]:

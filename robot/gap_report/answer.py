@@ -8,6 +8,7 @@ from typing import Any
 from gap.interfaces import Cause, Effect
 from model.errors import GapError
 from record.json_text import parse_json
+from record.trial.header import KIND_OF_SUFFIX
 from record.trial.header_file import read_text
 
 
@@ -23,6 +24,7 @@ class ReadDiagnosis:
         trials: Runs, as far as their files are still there; all or none.
         references: Healthy runs.
         robot: Robot file that was used instead of the one beside the runs; None for that.
+        machine: What ``--machine`` named; empty for the kind that the machine's file says.
     """
 
     path: Path
@@ -35,12 +37,14 @@ class ReadDiagnosis:
     trials: tuple[Path, ...]
     references: tuple[Path, ...]
     robot: Path | None
+    machine: str = ""
 
 
-def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
+def read_diagnosis(path: Path, effects: tuple[Effect, ...] | None) -> ReadDiagnosis:
     """Read the JSON of ``bigant gap diagnose``, or of any program that writes its shape.
 
-    The effects are those of the catalogue, which gives the order of the parameters.
+    The effects are those of the catalogue, which gives the order of the parameters; None leaves the causes
+    out, for a machine whose catalogue its runs make.
 
     Raises:
         RecordError: It cannot be read.
@@ -54,7 +58,8 @@ def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
             f"{path} is no JSON ({error}); give the file of: bigant gap diagnose --json"
         ) from error
     try:
-        return _read(answer, path, {effect.name: effect for effect in effects})
+        known = None if effects is None else {effect.name: effect for effect in effects}
+        return _read(answer, path, known)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         why = f"it has no {error}" if isinstance(error, KeyError) else str(error)
         raise GapError(
@@ -62,7 +67,7 @@ def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
         ) from error
 
 
-def _read(answer: dict[str, Any], path: Path, effects: dict[str, Effect]) -> ReadDiagnosis:
+def _read(answer: dict[str, Any], path: Path, effects: dict[str, Effect] | None) -> ReadDiagnosis:
     files = [_file(str(name), path) for name in answer.get("files", ())]
     judged = answer.get("trials", {})
     numbers = [*judged.get("fitted", ()), *judged.get("held_out", ())]
@@ -75,13 +80,16 @@ def _read(answer: dict[str, Any], path: Path, effects: dict[str, Effect]) -> Rea
         path=path,
         verdict=str(answer["verdict"]),
         simulator=str(answer.get("simulator", "legged")),
-        causes=tuple(_cause(one, path, effects) for one in answer["causes"]),
+        causes=()
+        if effects is None
+        else tuple(_cause(one, path, effects) for one in answer["causes"]),
         on_bound=tuple(str(one["effect"]) for one in answer["causes"] if one.get("on_bound")),
         rivals=tuple(_rival(answer, a, b) for a, b in answer.get("ambiguous_with", ())),
         shrink=math.nan if shrink is None else float(shrink),
         trials=tuple(files[:count]) if there else (),
         references=tuple(files[count:]) if there else (),
         robot=None if robot is None else _file(str(robot), path),
+        machine=_machine(str(answer.get("machine", "")), path),
     )
 
 
@@ -98,6 +106,11 @@ def _file(name: str, beside: Path) -> Path:
     """The file as it was named, or beside the diagnosis if both were moved together."""
     own = Path(name)
     return own if own.exists() or not (beside.parent / own).exists() else beside.parent / own
+
+
+def _machine(named: str, beside: Path) -> str:
+    """What ``--machine`` named; a model may have moved together with the diagnosis."""
+    return str(_file(named, beside)) if Path(named).suffix in KIND_OF_SUFFIX else named
 
 
 def _cause(one: dict[str, Any], path: Path, effects: dict[str, Effect]) -> Cause:

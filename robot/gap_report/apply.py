@@ -1,6 +1,5 @@
 """``bigant gap apply``: a diagnosis into a corrected robot file, and the gap measured again through it."""
 
-import math
 from pathlib import Path
 
 from gap.diagnosis.findings import Verdict
@@ -21,12 +20,17 @@ from robot.console.progress import ProgressBar
 from robot.console.table import Column, table_lines
 from robot.control.effect_uses import USES
 from robot.gap_report.answer import ReadDiagnosis, read_diagnosis
+from robot.gap_report.apply_machine import (
+    apply_to_machine,
+    check_worth,
+    gap_json,
+    measured_lines,
+)
 from robot.gap_report.legged import robot_text
 from robot.gap_report.trials import Runs, read_runs
-from robot.gap_report.words import LEGGED_SIMULATORS, changed_channels
+from robot.gap_report.words import LEGGED_SIMULATORS
 from robot.requests.gap import GapApplyRequest
 
-MOST_CHANNELS = 8
 KEYS = (Column("", width=28), Column("", ".4g", 10), Column(""), Column("", ".4g"), Column(""))
 
 
@@ -39,11 +43,13 @@ def apply_diagnosis(request: GapApplyRequest) -> ExitCode:
         ConfigError: The robot file cannot be used.
     """
     out = request.out
-    check_room(out, "--out", ".toml")
     if out.exists():  # it may be the file that the runs themselves name
         raise ConfigError("--out", f"{out} exists; choose another name")
+    if read_diagnosis(request.diagnosis, None).simulator not in LEGGED_SIMULATORS:
+        return apply_to_machine(request)
+    check_room(out, "--out", ".toml")
     diagnosis = read_diagnosis(request.diagnosis, CATALOGUE)
-    _check(diagnosis, anyway=request.anyway)
+    check_worth(diagnosis, anyway=request.anyway)
     robot = request.robot or diagnosis.robot
     runs = read_runs(diagnosis.trials, diagnosis.references, robot) if diagnosis.trials else None
     text = _robot_text(diagnosis, runs, robot)
@@ -60,26 +66,6 @@ def apply_diagnosis(request: GapApplyRequest) -> ExitCode:
         print("\n".join(_lines(out, diagnosis, edited, far)))
     closed = far is None or far.after < far.before
     return ExitCode.OK if closed else ExitCode.VERDICT_FAILED
-
-
-def _check(diagnosis: ReadDiagnosis, *, anyway: bool) -> None:
-    path, why = diagnosis.path, ""
-    if diagnosis.simulator not in LEGGED_SIMULATORS:
-        why = (
-            f"is of the {diagnosis.simulator} simulator, whose machine is no robot of ours; apply its "
-            "numbers to your own file"
-        )
-    elif not diagnosis.causes:
-        why = f"names no cause (verdict {diagnosis.verdict}): there is nothing to apply"
-    elif diagnosis.on_bound and not anyway:
-        why = (
-            f"says that {', '.join(diagnosis.on_bound)} is on its bound, so it is no effect of this form; "
-            "look for another cause, or add --anyway"
-        )
-    elif diagnosis.verdict == Verdict.UNEXPLAINED.value and not anyway:
-        why = "says that its causes do not explain the gap; apply them all the same with --anyway"
-    if why:
-        raise GapError(f"{path} {why}")
 
 
 def _robot_text(diagnosis: ReadDiagnosis, runs: Runs | None, robot: Path | None) -> str:
@@ -111,21 +97,7 @@ def _lines(out: Path, diagnosis: ReadDiagnosis, edited: Edited, far: HowFar | No
     if diagnosis.verdict == Verdict.AMBIGUOUS.value:
         others = ", ".join(dict.fromkeys(other for _, other, _ in diagnosis.rivals))
         lines.append(f"note: these runs also allow {others} instead; see bigant gap next")
-    if far is None:
-        return [*lines, "not measured again: the runs of the diagnosis are not where they were"]
-    lines += ["", f"measured again through {out.name}, on the held-out runs of the diagnosis:"]
-    lines.append(f"  RMS over all channels {far.before:.3g} -> {far.after:.3g} of the floor")
-    if math.isnan(far.shrink):
-        lines.append("  on these runs the gap is too small to measure how much is closed")
-    else:
-        was = "" if math.isnan(diagnosis.shrink) else f" (diagnosis: {diagnosis.shrink:.0%})"
-        lines.append(
-            f"  {far.shrink:.0%} [{far.low:.0%}, {far.high:.0%}] of the gap is closed{was}"
-        )
-    lines += changed_channels(far, MOST_CHANNELS)
-    if not far.after < far.before:
-        lines.append("NOT SMALLER: do not use this file; diagnose again with more runs")
-    return lines
+    return [*lines, *measured_lines(out, diagnosis, far)]
 
 
 def _as_json(out: Path, edited: Edited, far: HowFar | None) -> dict[str, object]:
@@ -138,11 +110,4 @@ def _as_json(out: Path, edited: Edited, far: HowFar | None) -> dict[str, object]
         }
         for e in edited.effects
     ]
-    gap = None if far is None else {
-        "before": far.before,
-        "after": far.after,
-        "shrink": far.shrink,
-        "shrink_interval": [far.low, far.high],
-        "channels": far.channels,
-    }  # fmt: skip
-    return {"file": out, "keys": edited.edits, "effects": effects, "gap": gap}
+    return {"file": out, "keys": edited.edits, "effects": effects, "gap": gap_json(far)}

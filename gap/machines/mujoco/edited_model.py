@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from gap.machines.mujoco.drive import torque_law
 from gap.machines.mujoco.rigid_model import RigidModel
-from gap.machines.mujoco.settings import BodyNumbers, RigidSettings
+from gap.machines.mujoco.settings import BodyNumbers, RigidSettings, WorldNumbers
 from model.values.arrays import FloatArray
 
 
@@ -37,13 +37,12 @@ class ModelEditor:
             if numbers != BodyNumbers()
         ]
         for number, numbers, end in changed:
-            _change_body(model, int(number), numbers, end)
+            change_body(model, int(number), numbers, end)
         world = settings.world
-        turned = Rotation.from_euler("xy", [world.roll_rad, world.pitch_rad])
-        model.opt.gravity[:] = turned.inv().apply(model.opt.gravity)
+        model.opt.gravity[:] = turned_gravity(model.opt.gravity, world)
         if world.contact_friction != 1.0:
             model.geom_friction[:] *= world.contact_friction
-        if changed:
+        if changed or any(p.armature_kg_m2 for p in settings.joints):
             mujoco.mj_setConst(model, mujoco.MjData(model))
         return model
 
@@ -62,7 +61,7 @@ class ModelEditor:
                     model.actuator_forcerange[at] = -law.limit, law.limit
 
 
-def _change_body(model: Any, number: int, p: BodyNumbers, end: FloatArray) -> None:
+def change_body(model: Any, number: int, p: BodyNumbers, end: FloatArray) -> None:
     """Scale a body's mass and inertia, move its centre of mass, and put a weight at its end."""
     model.body_mass[number] *= p.mass_ratio
     model.body_inertia[number] *= p.mass_ratio
@@ -82,6 +81,12 @@ def _change_body(model: Any, number: int, p: BodyNumbers, end: FloatArray) -> No
     model.body_mass[number], model.body_ipos[number] = total, joint
     model.body_inertia[number] = sizes
     model.body_iquat[number] = Rotation.from_matrix(axes).as_quat(scalar_first=True)
+
+
+def turned_gravity(gravity: FloatArray, world: WorldNumbers) -> FloatArray:
+    """Return gravity (3,) as a base feels it that stands so turned."""
+    turned = Rotation.from_euler("xy", [world.roll_rad, world.pitch_rad])
+    return np.asarray(turned.inv().apply(gravity))
 
 
 def far_ends(rigid: RigidModel) -> FloatArray:

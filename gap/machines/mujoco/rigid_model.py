@@ -113,7 +113,7 @@ def read_rigid_model(
     spec.option.disableflags |= off.mjDSBL_AUTORESET | off.mjDSBL_ISLAND | off.mjDSBL_SENSOR
     if not mounting.contact:
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
-    with _mistakes_of(file.name):
+    with mistakes_of(file.name):
         model = spec.compile()
     number = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name) for name in in_file]
     moving = [
@@ -145,7 +145,7 @@ def read_spec(file: ModelFile) -> Any:
         GapError: It cannot be read.
     """
     path = Path(file.folder) / file.name
-    with _mistakes_of(file.name):
+    with mistakes_of(file.name):
         if file.folder and path.is_file() and path.read_text(encoding="utf-8") == file.text:
             return mujoco.MjSpec.from_file(str(path))  # finds what it includes
         spec = mujoco.MjSpec.from_string(file.text)
@@ -217,11 +217,12 @@ def _strip(spec: Any, in_file: Sequence[str], mounting: Mounting) -> tuple[str, 
         for one in (*spec.equalities, *spec.tendons):
             spec.delete(one)
     if not mounting.contact:
-        _strip_shapes(spec)
+        strip_shapes(spec)
     return tuple(welded)
 
 
-def _strip_shapes(spec: Any) -> None:
+def strip_shapes(spec: Any) -> None:
+    """Take the shapes off that give no body its mass, and the files that they came from."""
     from_shapes = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
     for body in spec.bodies:
         if from_shapes or (not body.explicitinertial and body.name != "world"):
@@ -257,7 +258,7 @@ def _body_name(model: Any, number: int) -> str:
 
 
 @contextmanager
-def _mistakes_of(name: str) -> Iterator[None]:
+def mistakes_of(name: str) -> Iterator[None]:
     """Turn whatever MuJoCo says of a file into one sentence."""
     try:
         with warnings.catch_warnings():

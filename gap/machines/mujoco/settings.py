@@ -60,13 +60,13 @@ def with_causes(
             effect = effects[cause.effect]
             pairs = tuple(zip(effect.places, cause.values, strict=True))
             if effect.acts_on == WORLD:
-                world = _moved(world, pairs)
+                world = moved(world, pairs)
             elif effect.acts_on == BODY:
                 for at in _touched(cause, bodies):
-                    carried[at] = _moved(carried[at], pairs)
+                    carried[at] = moved(carried[at], pairs)
             else:
                 for at in _touched(cause, joints):
-                    own[at] = _moved(own[at], pairs)
+                    own[at] = moved(own[at], pairs)
     return RigidSettings(tuple(own), tuple(carried), world)
 
 
@@ -75,8 +75,8 @@ def _touched(cause: Cause, names: Sequence[str]) -> list[int]:
     return [at for at, name in enumerate(names) if not cause.joints or name in cause.joints]
 
 
-def _moved(numbers: N, pairs: Sequence[tuple[tuple[str, str], float]]) -> N:
-    """Numbers with values added (+), multiplied (*), as a limit (<) or in their place (=)."""
+def moved(numbers: N, pairs: Sequence[tuple[tuple[str, str], float]]) -> N:
+    """Return numbers with values added (+), multiplied (*), as a limit (<) or in their place (=)."""
     for (place, how), value in pairs:
         old: float = getattr(numbers, place)
         new = {"+": old + value, "*": old * value, "<": min(old, value), "=": value}[how]

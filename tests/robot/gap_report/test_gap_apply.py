@@ -91,7 +91,7 @@ def test_a_wrong_cause_does_not_pass(tmp_path: Path, capsys: pytest.CaptureFixtu
     [
         ({"causes": [], "verdict": "no_gap"}, [], "there is nothing to apply"),
         ({"verdict": "unexplained"}, [], "--anyway"),
-        ({"simulator": "servo_bench"}, [], "no robot of ours"),
+        ({"simulator": "servo_bench"}, [], "say what machine it is"),
         ({"causes": [{"effect": "worn_crank", "legs": ["ML"]}]}, [], "needs --effects FILE.py"),
         ({"causes": [{"effect": "drag", "parameters": {"n_s_per_m": 300.0},
                       "on_bound": ["n_s_per_m"]}]}, [], "is on its bound"),
