@@ -116,7 +116,11 @@ def montecarlo(runs: int = 50, ticks: int = 300) -> None:
     """Worlds of the filter's own: tier one of consistency."""
     for parameter_sd in (0.25, 0.1, 0.03):
         settings = replace(
-            EstimatorSettings(), parameter_sd=parameter_sd, scale_sd=min(parameter_sd, 0.25)
+            EstimatorSettings(),
+            parameter_sd=parameter_sd,
+            scale_sd=min(parameter_sd, 0.25),
+            vibration_s=0.0,
+            vibration_per_slip=0.0,  # forces are drawn: they shake nothing
         )
         total = np.zeros((2, ticks))
         nis = []

@@ -20,9 +20,11 @@ from model.estimator import (
     sources,
     tolerance_kernel,
     tolerances,
+    vibration,
 )
 from model.estimator import measurements as measure
 from model.estimator.kalman import Kalman, MeasurementStack, Updated, mended, sound
+from model.estimator.measurements import TURN
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood, no_answer
 from model.estimator.process import ProcessStep
 from model.estimator.settings import EstimatorSettings, record_of
@@ -120,7 +122,7 @@ class Estimator:
             anchored=False, far_poses=0, before=(mean, covariance),
             transition=np.eye(self.size), companions=tolerances.at_start(legs),
             sources=sources.at_start(legs), forces=force_blend.at_start(),
-            balance=health.UNKNOWN, strain=readonly(np.ones(3)),
+            balance=health.UNKNOWN, strain=readonly(np.ones(3)), vibration=vibration.AT_REST,
         )  # fmt: skip
 
     def step(
@@ -187,7 +189,12 @@ class Estimator:
         anchored = state.anchored and not moved_by_hand
         if far := anchored and self._pose_is_far(inputs, step.mean, covariance):
             inputs = replace(inputs, pose_W=None)
-        measured = self._others(step.mean, inputs, answer)
+        turn = inputs.yaw_rate_rad_s - step.mean[TURN] - step.mean[GYRO_BIAS]
+        shaking = vibration.learn(state, inputs, feet, heard, turn, settings)
+        shake = np.zeros(3)
+        if answer is not None:
+            shake = vibration.variance(shaking, answer, feet, settings)
+        measured = self._others(step.mean, inputs, answer, shake[2])
         if answer is not None and heard.use:
             forces = measure.feet_stack(
                 measure.Belief(step.mean, covariance), heard.share, feet, loaded & ~dead, answer,
@@ -243,9 +250,10 @@ class Estimator:
             forces=compared,
             balance=health.balance(state, heard, step.mean, settings),
             strain=health.strain(used.sources),
+            vibration=shaking,
             gyro_ns=inputs.t_ns if isfinite(inputs.yaw_rate_rad_s) else state.gyro_ns,
         )
-        answered_by = output.Answer(model, predicted, held)
+        answered_by = output.Answer(model, predicted, shake, held)
         return after, output.estimate(after, self.contact, self._record, answered_by, used, verdict)
 
     def _forces(
@@ -355,7 +363,7 @@ class Estimator:
             raise ModelError(f"forces must be {shape}, not {inputs.forces.force_n.shape}")
 
     def _others(
-        self, mean: FloatArray, inputs: OdometryInputs, model: Neighbourhood | None
+        self, mean: FloatArray, inputs: OdometryInputs, model: Neighbourhood | None, shake: float
     ) -> list[MeasurementStack]:
         """What was measured beside the forces on the feet."""
         settings = self.settings
@@ -364,7 +372,7 @@ class Estimator:
             tilt = (inputs.roll_rad, inputs.pitch_rad)
             stacks += measure.tilt_stacks(mean, tilt, model, settings)
         if isfinite(inputs.yaw_rate_rad_s):
-            stacks.append(measure.gyro_stack(mean, inputs.yaw_rate_rad_s, settings))
+            stacks.append(measure.gyro_stack(mean, inputs.yaw_rate_rad_s, shake, settings))
         pose = measure.pose_stack(mean, inputs, settings)
         if pose is not None:
             stacks.append(pose)

@@ -56,12 +56,14 @@ def feet_stack(
     )
 
 
-def gyro_stack(mean: FloatArray, yaw_rate: float, settings: EstimatorSettings) -> MeasurementStack:
-    """A yaw gyro: the yaw rate and its own bias."""
+def gyro_stack(
+    mean: FloatArray, yaw_rate: float, shake: float, settings: EstimatorSettings
+) -> MeasurementStack:
+    """A yaw gyro: the yaw rate, its own bias, and how the body shakes, a variance [rad^2/s^2]."""
     rows = np.zeros((1, len(mean)))
     rows[0, TURN] = rows[0, GYRO_BIAS] = 1.0
     left = np.array([yaw_rate - mean[TURN] - mean[GYRO_BIAS]])
-    return _one_block(left, rows, np.array([settings.gyro_sd**2]), settings.gate_load, GYRO)
+    return _one_block(left, rows, np.array([settings.gyro_sd**2 + shake]), settings.gate_load, GYRO)
 
 
 def tilt_stacks(

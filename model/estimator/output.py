@@ -35,11 +35,13 @@ class Answer(NamedTuple):
     Attributes:
         model: Its answer at the state's parameters; None without one.
         force_n: Predicted forces, (N, 3); NaN where no foot carries the robot.
+        shake: Variance that vibration adds to the velocity, (3,).
         holding: Whether pose and parameters are held because nothing moves.
     """
 
     model: Neighbourhood | None
     force_n: FloatArray
+    shake: FloatArray
     holding: bool
 
 
@@ -74,7 +76,7 @@ def estimate(
         velocity_B=mean[VELOCITY],
         pose_covariance=readonly(covariance[POSE, POSE] + state.companions.pose_covariance),
         companion_pose=state.companions.apart,
-        twist_covariance=covariance[VELOCITY, VELOCITY],
+        twist_covariance=readonly(covariance[VELOCITY, VELOCITY] + np.diag(answer.shake)),
         bias_B=mean[BIAS],
         mu=mu,
         mu_sd=mu_sd,

@@ -33,6 +33,9 @@ class EstimatorSettings:
         turn_sd: Of its yaw rate, the same [rad/s].
         speed_per_slip: What the white part of the speed grows by, over the root mean square slip.
         turn_per_slip: What that of the yaw rate grows by, over that slip [rad/m].
+        vibration_s: Time for which a force that shakes the body acts one way [s].
+        vibration_per_slip: Of the yaw rate, where neither forces nor a gyro show it, over the root mean
+            square slip [rad/m].
         side_share: Noise and bias of the speed along y over those along x, in which legs swing.
         bend: Bias that doubt about mu and K adds, over the velocity's standard deviation from that doubt:
             the model is no linear function of them.
@@ -47,6 +50,7 @@ class EstimatorSettings:
         force_period_s: Forces are used this often; more often they repeat their own errors [s].
         force_sd: Of a horizontal force over the weight, beside the share below.
         force_share_sd: Of a horizontal force over its own size.
+        force_white_sd: Of a horizontal force over the weight from record to record: a transducer's noise.
         load_sd: Of a vertical force over the weight.
         creep_speed: Slip at which the regularised friction has 71 % of its size [m/s].
         rest_speed: Slip, root mean square of the loaded feet, at which predicted forces come by half from
@@ -109,6 +113,8 @@ class EstimatorSettings:
     turn_sd: float = 0.001
     speed_per_slip: float = 0.08
     turn_per_slip: float = 0.05
+    vibration_s: float = 0.01
+    vibration_per_slip: float = 0.4
     side_share: float = 0.5
     bend: float = 0.7
     height_sd: float = 0.014
@@ -122,6 +128,7 @@ class EstimatorSettings:
     force_period_s: float = 0.05
     force_sd: float = 0.01
     force_share_sd: float = 0.1
+    force_white_sd: float = 0.0025
     load_sd: float = 0.02
     creep_speed: float = 0.001
     rest_speed: float = 0.006
@@ -196,5 +203,5 @@ def record_of(settings: EstimatorSettings, weight_n: float) -> Record:
 MAY_BE_ZERO = frozenset({
     "lag_s", "bias_speed_per_slip", "bias_turn_per_slip", "speed_per_slip", "turn_per_slip",
     "parameter_walk", "foot_speed_sd", "rest_speed", "bend", "height_sd", "com_sd", "slope_sd",
-    "delay_sd", "gyro_bias_walk", "tilt_bias_walk",
+    "vibration_s", "vibration_per_slip", "force_white_sd", "delay_sd", "gyro_bias_walk", "tilt_bias_walk",
 })  # fmt: skip

@@ -155,6 +155,24 @@ class SourceMemory:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Vibration:
+    """How forces and a gyro changed from one record to the next in the last moments.
+
+    Attributes:
+        force: Horizontal force of all feet along x and y over the weight, and its moment about z [m], of
+            the newest record, (3,); NaN without forces.
+        force_change: Half the mean square of their changes, (3,).
+        turn: Newest innovation of the gyro [rad/s]; NaN without one.
+        turn_change: Half the mean square of its changes [rad^2/s^2].
+    """
+
+    force: FloatArray
+    force_change: FloatArray
+    turn: float
+    turn_change: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class EstimatorState:
     """All that the estimator remembers from one tick to the next.
 
@@ -188,6 +206,7 @@ class EstimatorState:
             records, (4,).
         strain: Variance of the noise of vx, vy and yaw rate over that of the settings, as innovations ask
             for, (3,).
+        vibration: How fast the body shakes.
         gyro_ns: Time of the last tick with a yaw rate, -1 for never.
     """
 
@@ -216,6 +235,7 @@ class EstimatorState:
     forces: ForceMemory
     balance: FloatArray
     strain: FloatArray
+    vibration: Vibration
     gyro_ns: int = NEVER
 
 

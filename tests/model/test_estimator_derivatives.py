@@ -97,7 +97,7 @@ def test_measurement_rows_against_differences() -> None:
             measure.Belief(at, CERTAIN), share, feet, every, model, CONTACT.mu, RECORD
         )
         assert forces.rows.shape == (6 + 2 * 6 + 1, len(at))
-        gyro = measure.gyro_stack(at, 0.2, SETTINGS)
+        gyro = measure.gyro_stack(at, 0.2, 0.0, SETTINGS)
         tilts = measure.tilt_stacks(at, (0.01, -0.02), model, SETTINGS)
         stack = measure.stacked([forces, gyro, *tilts, pose])
         assert stack is not None
