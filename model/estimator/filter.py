@@ -249,7 +249,7 @@ class Estimator:
             sources=used.sources,
             forces=compared,
             balance=health.balance(state, heard, step.mean, settings),
-            strain=health.strain(used.sources),
+            strain=health.strain(used.sources) if settings.adaptive else state.strain,
             vibration=shaking,
             gyro_ns=inputs.t_ns if isfinite(inputs.yaw_rate_rad_s) else state.gyro_ns,
         )

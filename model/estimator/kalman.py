@@ -145,12 +145,9 @@ class Kalman:
         gated = spread.copy()  # a gate does not get used to all that it sees
         gated.flat[:: len(spread) + 1] += np.minimum(weighed, MOST_AT_A_GATE * stack.variance)
         used, more, rejects = _gate(stack, gated, streak, self._reject_limit)
-        if self._settings.adaptive:
-            learned = source.learn(
-                sources, where, stack.innovation, expected, stack.variance, t_ns, self._record
-            )
-        else:
-            learned = sources
+        learned = source.learn(
+            sources, where, stack.innovation, expected, stack.variance, t_ns, self._record
+        )
         if not used.any():
             return replace(none, rejects=rejects, streak=streak, sources=learned)
         keep = used if rejects else slice(None)  # a view where all pass, as in nearly every tick

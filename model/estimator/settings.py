@@ -60,7 +60,8 @@ class EstimatorSettings:
             way friction points is not known before.
         load_on: A foot counts as loaded above this share of the weight,
         load_off: and no longer below this one.
-        adaptive: Learn the noise of each source from its innovations.
+        adaptive: Learn the noise of each source, and how the body shakes, from what was measured. Health is
+            judged in either case.
         learning_s: Memory of that [s].
         health_s: Memory of what health is judged by [s].
         least_scale: Smallest variance of a source's noise over that of these settings,

@@ -145,7 +145,7 @@ def learn_kernel(
         heard_ns[kind] = t_ns
         calm = np.exp(-since_s / setting["health_s"])
         misfit[kind] = calm * misfit[kind] + (1.0 - calm) * ratio / size
-        if kind >= MODELLED:
+        if kind >= MODELLED or setting["adaptive"] == 0.0:
             continue
         product[kind] = keep * product[kind] + (1.0 - keep) * pairs / size
         normal[kind] = keep * normal[kind] + (1.0 - keep) * again / size
