@@ -87,6 +87,7 @@ class Proposal:
         limits: What to mind, in words; empty if nothing.
         known: What is done to the machine on purpose, such as a weight put on it.
         command: Command line that makes it; empty if there is none.
+        unseen: Names of channels that it would not measure.
     """
 
     name: str
@@ -95,6 +96,7 @@ class Proposal:
     limits: str
     known: tuple[Cause, ...] = ()
     command: str = ""
+    unseen: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 
 STEPS = 4
+UNSEEN = 1e12  # noise of a channel that is not measured
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +51,14 @@ def noise_of(simulator: Simulator, trials: Sequence[Trial], floor: Floor) -> lis
     The floor is that under ``Drive.COMMAND``.
     """
     sigma = np.fmax(floor.sigma * np.sqrt(floor.dependence), 1e-12)
-    return [sigma / np.fmax(np.sqrt(simulator.observe(one).weight), 1e-12) for one in trials]
+    noise = []
+    for one in trials:
+        observed = simulator.observe(one)
+        own = sigma / np.fmax(np.sqrt(observed.weight), 1e-12)
+        seen = np.isfinite(observed.values).any(axis=0)
+        # of a run that was made, what it did not measure tells nothing; of a proposal nothing is measured
+        noise.append(np.where(seen | ~seen.any(), own, UNSEEN))
+    return noise
 
 
 def imitate(

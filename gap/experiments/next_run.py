@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.experiments.imitation import Imitation, noise_of
+from gap.experiments.imitation import UNSEEN, Imitation, noise_of
 from gap.interfaces import Cause, Proposal, Simulator, place_words
 from gap.residuals.floor import Floor
 from gap.residuals.predictions import Predictor
@@ -72,6 +72,8 @@ def _judge(
     least, pair = np.inf, ("", "")
     # ends and contact switches weigh as little as they will when the run is diagnosed
     noise = noise_of(simulator, [one.trial], floor)
+    blind = np.array([channel.name in one.unseen for channel in simulator.channels])
+    noise = [np.where(blind, UNSEEN, own) for own in noise]
     predictor = Predictor(simulator, [one.trial], standing=one.known)
     for a, b in itertools.combinations(rivals, 2):
         apart = min(

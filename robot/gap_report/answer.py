@@ -1,15 +1,40 @@
 """A diagnosis read back from its JSON: its causes, and the runs that it was made from."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from gap.interfaces import Cause, Effect
+from gap.residuals.hold_out import HoldOut
 from model.errors import GapError
 from record.json_text import parse_json
 from record.trial.header import KIND_OF_SUFFIX
 from record.trial.header_file import read_text
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class DiagnosedRuns:
+    """Which runs a diagnosis in a file is of.
+
+    Attributes:
+        trials: Runs, as far as their files are still there; all or none.
+        references: Healthy runs.
+        robot: Machine's file that was used instead of the one beside the runs; None for that.
+        machine: What ``--machine`` named; empty for the kind of the machine's file.
+        hold_out: Which of the trials judged; None if that is not known.
+    """
+
+    path: Path
+    simulator: str
+    trials: tuple[Path, ...]
+    references: tuple[Path, ...]
+    robot: Path | None
+    machine: str
+    hold_out: HoldOut | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,10 +46,6 @@ class ReadDiagnosis:
         rivals: What the runs could not distinguish from a cause: the cause's effect, the rival's effect and
             legs.
         shrink: Share of the gap that the causes close; NaN if not measured.
-        trials: Runs, as far as their files are still there; all or none.
-        references: Healthy runs.
-        robot: Robot file that was used instead of the one beside the runs; None for that.
-        machine: What ``--machine`` named; empty for the kind that the machine's file says.
     """
 
     path: Path
@@ -34,22 +55,31 @@ class ReadDiagnosis:
     on_bound: tuple[str, ...]
     rivals: tuple[tuple[str, str, tuple[str, ...]], ...]
     shrink: float
-    trials: tuple[Path, ...]
-    references: tuple[Path, ...]
-    robot: Path | None
-    machine: str = ""
 
 
-def read_diagnosis(path: Path, effects: tuple[Effect, ...] | None) -> ReadDiagnosis:
+def diagnosed_runs(path: Path) -> DiagnosedRuns:
+    """Read of which runs a diagnosis is; see ``read_diagnosis``.
+
+    Raises:
+        RecordError: It cannot be read.
+        GapError: It is no diagnosis.
+    """
+    return _from_json(path, lambda answer: _runs(answer, path))
+
+
+def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
     """Read the JSON of ``bigant gap diagnose``, or of any program that writes its shape.
 
-    The effects are those of the catalogue, which gives the order of the parameters; None leaves the causes
-    out, for a machine whose catalogue its runs make.
+    The effects are those of the catalogue, which gives the order of the parameters.
 
     Raises:
         RecordError: It cannot be read.
         GapError: It is no diagnosis, or names an effect that the catalogue does not have.
     """
+    return _from_json(path, lambda answer: _read(answer, path, {one.name: one for one in effects}))
+
+
+def _from_json(path: Path, make: Callable[[dict[str, Any]], T]) -> T:
     text = read_text(path)
     try:
         answer = parse_json(text)
@@ -58,8 +88,7 @@ def read_diagnosis(path: Path, effects: tuple[Effect, ...] | None) -> ReadDiagno
             f"{path} is no JSON ({error}); give the file of: bigant gap diagnose --json"
         ) from error
     try:
-        known = None if effects is None else {effect.name: effect for effect in effects}
-        return _read(answer, path, known)
+        return make(answer)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         why = f"it has no {error}" if isinstance(error, KeyError) else str(error)
         raise GapError(
@@ -67,29 +96,37 @@ def read_diagnosis(path: Path, effects: tuple[Effect, ...] | None) -> ReadDiagno
         ) from error
 
 
-def _read(answer: dict[str, Any], path: Path, effects: dict[str, Effect] | None) -> ReadDiagnosis:
+def _runs(answer: dict[str, Any], path: Path) -> DiagnosedRuns:
     files = [_file(str(name), path) for name in answer.get("files", ())]
     judged = answer.get("trials", {})
     numbers = [*judged.get("fitted", ()), *judged.get("held_out", ())]
     known = max(map(int, numbers)) + 1 if numbers else len(files)
     count = len(files) - int(answer.get("references", len(files) - known))
     there = bool(files) and all(one.is_file() for one in files)
-    shrink = answer["gap"].get("shrink")
     robot = answer.get("robot")
+    fitted, held = ({int(at) for at in judged.get(key, ())} for key in ("fitted", "held_out"))
+    hold_out = HoldOut(last_third=True) if fitted & held else HoldOut(tuple(sorted(held)))
+    return DiagnosedRuns(
+        path=path,
+        simulator=str(answer.get("simulator", "legged")),
+        trials=tuple(files[:count]) if there else (),
+        references=tuple(files[count:]) if there else (),
+        robot=None if robot is None else _file(str(robot), path),
+        machine=_machine(str(answer.get("machine") or ""), path),
+        hold_out=hold_out if fitted and held else None,
+    )
+
+
+def _read(answer: dict[str, Any], path: Path, effects: dict[str, Effect]) -> ReadDiagnosis:
+    shrink = answer["gap"].get("shrink")
     return ReadDiagnosis(
         path=path,
         verdict=str(answer["verdict"]),
         simulator=str(answer.get("simulator", "legged")),
-        causes=()
-        if effects is None
-        else tuple(_cause(one, path, effects) for one in answer["causes"]),
+        causes=tuple(_cause(one, path, effects) for one in answer["causes"]),
         on_bound=tuple(str(one["effect"]) for one in answer["causes"] if one.get("on_bound")),
         rivals=tuple(_rival(answer, a, b) for a, b in answer.get("ambiguous_with", ())),
         shrink=math.nan if shrink is None else float(shrink),
-        trials=tuple(files[:count]) if there else (),
-        references=tuple(files[count:]) if there else (),
-        robot=None if robot is None else _file(str(robot), path),
-        machine=_machine(str(answer.get("machine", "")), path),
     )
 
 
@@ -117,8 +154,8 @@ def _cause(one: dict[str, Any], path: Path, effects: dict[str, Effect]) -> Cause
     name = str(one["effect"])
     if name not in effects:
         raise GapError(
-            f"{path} names {name!r}, which the catalogue does not have; a user's own effect needs "
-            "--effects FILE.py, and no robot file can hold it"
+            f"{path} names {name!r}, which the catalogue of its machine does not have; a user's own effect "
+            "needs --effects FILE.py, and no machine's file can hold it"
         )
     given = one.get("parameters", {})
     values = tuple(float(given.get(p.name, p.neutral)) for p in effects[name].parameters)

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from gap.diagnosis.findings import Verdict
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.remeasured import remeasure
 from gap.machines.legged.simulator import LeggedSimulator
@@ -19,15 +18,16 @@ from robot.console.json_output import print_json
 from robot.console.progress import ProgressBar
 from robot.console.table import Column, table_lines
 from robot.control.effect_uses import USES
-from robot.gap_report.answer import ReadDiagnosis, read_diagnosis
-from robot.gap_report.apply_machine import (
-    apply_to_machine,
-    check_worth,
-    gap_json,
+from robot.gap_report.answer import ReadDiagnosis, diagnosed_runs, read_diagnosis
+from robot.gap_report.apply_machine import apply_to_machine
+from robot.gap_report.legged import robot_text
+from robot.gap_report.measured_again import (
+    check_applicable,
+    exit_code,
+    measured_json,
     measured_lines,
 )
-from robot.gap_report.legged import robot_text
-from robot.gap_report.trials import Runs, read_runs
+from robot.gap_report.trials import Runs, runs_of_diagnosis
 from robot.gap_report.words import LEGGED_SIMULATORS
 from robot.requests.gap import GapApplyRequest
 
@@ -45,13 +45,14 @@ def apply_diagnosis(request: GapApplyRequest) -> ExitCode:
     out = request.out
     if out.exists():  # it may be the file that the runs themselves name
         raise ConfigError("--out", f"{out} exists; choose another name")
-    if read_diagnosis(request.diagnosis, None).simulator not in LEGGED_SIMULATORS:
-        return apply_to_machine(request)
+    of = diagnosed_runs(request.diagnosis)
+    if of.simulator not in LEGGED_SIMULATORS:
+        return apply_to_machine(request, of)
     check_room(out, "--out", ".toml")
     diagnosis = read_diagnosis(request.diagnosis, CATALOGUE)
-    check_worth(diagnosis, anyway=request.anyway)
-    robot = request.robot or diagnosis.robot
-    runs = read_runs(diagnosis.trials, diagnosis.references, robot) if diagnosis.trials else None
+    check_applicable(diagnosis, anyway=request.anyway)
+    robot = request.robot or of.robot
+    runs = runs_of_diagnosis(of, robot) if of.trials else None
     text = _robot_text(diagnosis, runs, robot)
     top = parse_table(text)
     keyless = keyless_of(read_leg(top)) if top.has(leg_table(top.names())) else frozenset()
@@ -64,8 +65,7 @@ def apply_diagnosis(request: GapApplyRequest) -> ExitCode:
         print_json(_as_json(out, edited, far))
     else:
         print("\n".join(_lines(out, diagnosis, edited, far)))
-    closed = far is None or far.after < far.before
-    return ExitCode.OK if closed else ExitCode.VERDICT_FAILED
+    return exit_code(far)
 
 
 def _robot_text(diagnosis: ReadDiagnosis, runs: Runs | None, robot: Path | None) -> str:
@@ -83,7 +83,9 @@ def _measured(after: str, runs: Runs) -> HowFar:
     """Measure with both files; ``after`` is read from its text, as every command does."""
     old, new = runs.simulator(), LeggedSimulator(parse_machine(after))
     with ProgressBar("measuring again") as bar:
-        return remeasure(runs.trials, runs.references, old, new, progress=bar.show)
+        return remeasure(
+            runs.trials, runs.references, old, new, progress=bar.show, hold_out=runs.hold_out
+        )
 
 
 def _lines(out: Path, diagnosis: ReadDiagnosis, edited: Edited, far: HowFar | None) -> list[str]:
@@ -94,9 +96,6 @@ def _lines(out: Path, diagnosis: ReadDiagnosis, edited: Edited, far: HowFar | No
         numbers = ", ".join(f"{name} = {value:.4g}" for name, value in named.items()) or "a law"
         lines.append(f"  [{table_name(one.effect, one.joints)}]  {numbers}")
         lines.append(f"      drive, odom, replay: {USES[one.effect].value}")
-    if diagnosis.verdict == Verdict.AMBIGUOUS.value:
-        others = ", ".join(dict.fromkeys(other for _, other, _ in diagnosis.rivals))
-        lines.append(f"note: these runs also allow {others} instead; see bigant gap next")
     return [*lines, *measured_lines(out, diagnosis, far)]
 
 
@@ -110,4 +109,4 @@ def _as_json(out: Path, edited: Edited, far: HowFar | None) -> dict[str, object]
         }
         for e in edited.effects
     ]
-    return {"file": out, "keys": edited.edits, "effects": effects, "gap": gap_json(far)}
+    return {"file": out, "keys": edited.edits, "effects": effects, "gap": measured_json(far)}

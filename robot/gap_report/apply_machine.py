@@ -1,115 +1,92 @@
-"""``bigant gap apply`` for any kind of machine: its file corrected by its own rules, and measured again."""
+"""``bigant gap apply`` for any machine: its kind writes causes into the machine's file, or says why not."""
 
-import math
-from pathlib import Path
+from collections.abc import Sequence
+from dataclasses import replace
 
-from gap.diagnosis.findings import Verdict
+from gap.delegate import MachineKey, MachineOfEach, machine_key
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.remeasured import remeasure
+from gap.interfaces import Simulator
+from gap.machine_kinds import MachineKind
 from model.errors import GapError
-from record.trial.header import KIND_OF_SUFFIX
+from record.trial.trial import Trial
 from record.whole_file import check_room, write_text
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.progress import ProgressBar
-from robot.gap_report.answer import ReadDiagnosis, read_diagnosis
-from robot.gap_report.trials import Runs, read_trials, runs_of
-from robot.gap_report.words import changed_channels
+from robot.gap_report.answer import DiagnosedRuns, read_diagnosis
+from robot.gap_report.measured_again import (
+    check_applicable,
+    exit_code,
+    measured_json,
+    measured_lines,
+)
+from robot.gap_report.trials import Runs, runs_of_diagnosis
 from robot.requests.gap import GapApplyRequest
 
-MOST_CHANNELS = 8
 
-
-def apply_to_machine(request: GapApplyRequest) -> ExitCode:
-    """Correct the file of a machine of any kind, and measure again.
+def apply_to_machine(request: GapApplyRequest, of: DiagnosedRuns) -> ExitCode:
+    """Correct the machine's file, or each of several, and measure again.
 
     Raises:
         RecordError: A file cannot be read or written.
         GapError: There is nothing to apply, or the machine's file cannot hold it.
     """
-    asked = read_diagnosis(request.diagnosis, None)
-    if not asked.trials:
-        raise GapError(
-            f"the runs of {asked.path} are not where they were, and they say what machine it is; put them "
-            "back, or diagnose again"
-        )
-    runs = _runs(asked, request.robot or asked.robot, asked.machine)
-    kind, header = runs.kind, runs.trials[0].header
+    runs = runs_of_diagnosis(of, request.robot)
+    simulator, kind = runs.simulator(), runs.kind
+    diagnosis = read_diagnosis(request.diagnosis, simulator.effects)
     if kind.apply is None:
-        raise GapError(f"a machine of kind {kind.name} {kind.no_apply}")
-    if len({one.header.robot_text for one in runs.trials}) > 1:
+        raise GapError(f"{of.path}: a machine of kind {kind.name} {kind.no_apply}")
+    check_applicable(diagnosis, anyway=request.anyway)
+    texts = {one.header.robot_file: one.header.robot_text for one in runs.trials}
+    if "" in texts:
         raise GapError(
-            f"the runs of {asked.path} name several machine's files, and one is written: diagnose the runs "
-            "of one file, and apply that"
+            f"the runs of {of.path} name no machine's file to correct; give it with --robot"
         )
-    suffix = Path(header.robot_file).suffix or ".toml"
-    check_room(request.out, "--out", ".xml" if suffix in KIND_OF_SUFFIX else suffix)
-    before = runs.simulator()
-    diagnosis = read_diagnosis(request.diagnosis, before.effects)
-    check_worth(diagnosis, anyway=request.anyway)
-    write_text(request.out, kind.apply(header.robot_text, diagnosis.causes, before.effects))
-    after = _runs(asked, request.out, "").simulator()
-    with ProgressBar("measuring again") as bar:
-        far = remeasure(runs.trials, runs.references, before, after, progress=bar.show)
+    out = request.out
+    if len(texts) > 1 and out.suffix:
+        raise GapError(
+            f"the runs name {len(texts)} machine's files ({', '.join(texts)}); give --out a folder for them"
+        )
+    files = {name: out / name if len(texts) > 1 or not out.suffix else out for name in texts}
+    for file in files.values():
+        if file.exists():
+            raise GapError(f"--out: {file} exists; choose another name")
+    corrected = {
+        name: kind.apply(text, diagnosis.causes, simulator.effects) for name, text in texts.items()
+    }
+    after = _corrected(kind, runs, corrected)  # read from its text, as every command does
+    for name, file in files.items():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        check_room(file, "--out", file.suffix)
+        write_text(file, corrected[name])
+    far = _measured(runs, simulator, after)
     if request.json:
-        print_json({"file": request.out, "gap": gap_json(far)})
+        print_json({"files": list(files.values()), "gap": measured_json(far)})
     else:
-        print("\n".join([f"written: {request.out}", *measured_lines(request.out, diagnosis, far)]))
-    return ExitCode.OK if far.after < far.before else ExitCode.VERDICT_FAILED
+        lines = [f"written: {file}" for file in files.values()]
+        print("\n".join([*lines, *measured_lines(out, diagnosis, far)]))
+    return exit_code(far)
 
 
-def _runs(asked: ReadDiagnosis, robot: Path | None, machine: str) -> Runs:
-    """The runs of a diagnosis, with the machine's file that it used or another one."""
-    everything = read_trials((*asked.trials, *asked.references))
-    count = len(asked.trials)
-    return runs_of(everything[:count], everything[count:], robot, machine)
+def _corrected(kind: MachineKind, runs: Runs, corrected: dict[str, str]) -> Simulator:
+    """The simulator of the corrected files, which answers for the trials as they are."""
+    groups: dict[MachineKey, list[Trial]] = {}
+    for one in runs.trials:
+        groups.setdefault(machine_key(one.header), []).append(one)
+    machines = []
+    for key, own in groups.items():
+        name = own[0].header.robot_file
+        machines.append((key, name, kind.make(_with_text(own, corrected[name]))))
+    return MachineOfEach(machines)
 
 
-def check_worth(diagnosis: ReadDiagnosis, *, anyway: bool) -> None:
-    """Refuse a diagnosis whose causes are not to be written into a file.
+def _with_text(trials: Sequence[Trial], text: str) -> list[Trial]:
+    return [replace(one, header=replace(one.header, robot_text=text)) for one in trials]
 
-    Raises:
-        GapError: It names none, one on its bound, or they do not explain the gap.
-    """
-    path, why = diagnosis.path, ""
-    if not diagnosis.causes:
-        why = f"names no cause (verdict {diagnosis.verdict}): there is nothing to apply"
-    elif diagnosis.on_bound and not anyway:
-        why = (
-            f"says that {', '.join(diagnosis.on_bound)} is on its bound, so it is no effect of this form; "
-            "look for another cause, or add --anyway"
+
+def _measured(runs: Runs, before: Simulator, after: Simulator) -> HowFar:
+    with ProgressBar("measuring again") as bar:
+        return remeasure(
+            runs.trials, runs.references, before, after, progress=bar.show, hold_out=runs.hold_out
         )
-    elif diagnosis.verdict == Verdict.UNEXPLAINED.value and not anyway:
-        why = "says that its causes do not explain the gap; apply them all the same with --anyway"
-    if why:
-        raise GapError(f"{path} {why}")
-
-
-def measured_lines(out: Path, diagnosis: ReadDiagnosis, far: HowFar | None) -> list[str]:
-    """Return what a corrected file closes of the gap, for a person; None was not measured."""
-    if far is None:
-        return ["not measured again: the runs of the diagnosis are not where they were"]
-    lines = ["", f"measured again through {out.name}, on the held-out runs of the diagnosis:"]
-    lines.append(f"  RMS over all channels {far.before:.3g} -> {far.after:.3g} of the floor")
-    if math.isnan(far.shrink):
-        lines.append("  on these runs the gap is too small to measure how much is closed")
-    else:
-        was = "" if math.isnan(diagnosis.shrink) else f" (diagnosis: {diagnosis.shrink:.0%})"
-        lines.append(
-            f"  {far.shrink:.0%} [{far.low:.0%}, {far.high:.0%}] of the gap is closed{was}"
-        )
-    lines += changed_channels(far, MOST_CHANNELS)
-    if not far.after < far.before:
-        lines.append("NOT SMALLER: do not use this file; diagnose again with more runs")
-    return lines
-
-
-def gap_json(far: HowFar | None) -> dict[str, object] | None:
-    """Return the same for ``--json``."""
-    return None if far is None else {
-        "before": far.before,
-        "after": far.after,
-        "shrink": far.shrink,
-        "shrink_interval": [far.low, far.high],
-        "channels": far.channels,
-    }  # fmt: skip

@@ -2,24 +2,23 @@
 
 from collections.abc import Mapping, Sequence
 
-from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.diagnose import Proposer, diagnose
 from gap.diagnosis.study import make_study
-from gap.effect_file import UserEffect
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import MOST_RUNS, NextRun, next_runs
 from gap.interfaces import Cause, Drive, Effect, Scope, Simulator
 from gap.search.candidates import Candidate
-from model.effects.catalogue import CATALOGUE
 from model.errors import ConfigError, GapError
+from record.trial.header import LEGGED
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.program_output import complain
 from robot.console.progress import ProgressBar
 from robot.console.screen_fit import terminal_width, wrapped
 from robot.console.table import Column, table_lines
-from robot.gap_report.answer import ReadDiagnosis, read_diagnosis
-from robot.gap_report.legged import proposer_of, users_effects
-from robot.gap_report.trials import Runs, read_runs
+from robot.gap_report.answer import ReadDiagnosis, diagnosed_runs, read_diagnosis
+from robot.gap_report.legged import proposer_of
+from robot.gap_report.trials import Runs, read_runs, runs_of_diagnosis
 from robot.gap_report.words import ENOUGH, common_pair, pair_words, parameters_of
 from robot.requests.gap import GapNextRequest
 
@@ -37,20 +36,12 @@ def propose_runs(request: GapNextRequest) -> ExitCode:
         GapError: There is nothing left open, or no run can be proposed.
         ConfigError: Options that do not go together.
     """
-    diagnosis = _read(request, users_effects(request.effects))
-    if diagnosis is None:
-        runs = read_runs(request.paths, request.reference, request.robot)
-    else:
-        runs = read_runs(diagnosis.trials, diagnosis.references, request.robot or diagnosis.robot)
+    runs = _runs(request)
     simulator = runs.simulator(request.effects)
-    if simulator.name != "legged":
-        raise GapError(
-            f"bigant gap next knows the runs of legged robots, not of a {simulator.name}; vary its load "
-            "and its speed by hand"
-        )
-    proposer, note = proposer_of(runs.robot_text, runs.robot, request.gait)
-    if note:
-        complain(f"note: {note}")
+    diagnosis = None
+    if request.paths[0].suffix == ".json":
+        diagnosis = read_diagnosis(request.paths[0], simulator.effects)
+    propose = _proposer(runs, request.gait)
     effects = {effect.name: effect for effect in simulator.effects}
     causes, rivals = _left_open(diagnosis, runs, simulator)
     if not causes:
@@ -66,7 +57,7 @@ def propose_runs(request: GapNextRequest) -> ExitCode:
                 sets.append(imitate(simulator, runs.trials[:2], causes, of, rival, floor))
                 bar.show(number / len(rivals), effect)
         with ProgressBar("trying runs in the simulator") as bar:
-            ranked = next_runs(proposer.proposals(), simulator, sets, floor, bar.show)
+            ranked = next_runs(propose(), simulator, sets, floor, bar.show)
     if request.json:
         print_json(_as_json(sets, ranked, effects))
     else:
@@ -77,19 +68,35 @@ def propose_runs(request: GapNextRequest) -> ExitCode:
     return ExitCode.OK if ranked or not rivals else ExitCode.VERDICT_FAILED
 
 
-def _read(request: GapNextRequest, users: tuple[UserEffect, ...]) -> ReadDiagnosis | None:
-    """The diagnosis in the file that was given; None where runs were given."""
-    if request.paths[0].suffix != ".json":
-        return None
+def _runs(request: GapNextRequest) -> Runs:
+    """The runs that were given, or those of the diagnosis that was given."""
+    first = request.paths[0]
+    if first.suffix != ".json":
+        return read_runs(request.paths, request.reference, request.robot)
     if len(request.paths) > 1 or request.reference:
         raise ConfigError("DIAGNOSIS.json", "names its runs and references itself; give it alone")
-    effects = (*CATALOGUE, *(user.effect for user in users))
-    diagnosis = read_diagnosis(request.paths[0], effects)
-    if not diagnosis.trials:
-        raise GapError(
-            f"the runs of {diagnosis.path} are not where they were; give them: bigant gap next TRIAL..."
-        )
-    return diagnosis
+    return runs_of_diagnosis(diagnosed_runs(first), request.robot)
+
+
+def _proposer(runs: Runs, gait: str | None) -> Proposer:
+    """What makes the runs that the machine could make.
+
+    Raises:
+        GapError: It does not say which; with what to do by hand.
+        ConfigError: A gait for a machine that has none, or one that cannot be used.
+    """
+    kind = runs.kind
+    if kind.name == LEGGED:
+        proposer, note = proposer_of(runs.robot_text, runs.robot, gait)
+        if note:
+            complain(f"note: {note}")
+        return proposer.proposals
+    if gait is not None:
+        raise ConfigError("--gait", f"is for legged robots; the runs are of kind {kind.name}")
+    propose = kind.propose
+    if propose is None:
+        raise GapError(f"a machine of kind {kind.name} {kind.no_propose}")
+    return lambda: propose(runs.trials)
 
 
 def _left_open(
@@ -98,10 +105,13 @@ def _left_open(
     """Causes, and what the runs could not distinguish from each."""
     if diagnosis is not None:
         names = [cause.effect for cause in diagnosis.causes]
+        of_one = {one.name for one in simulator.effects if Scope.ALL not in one.scopes}
         return diagnosis.causes, [
-            (names.index(named), effect, legs)
+            # of an effect of single joints: where its cause is, if the file does not say
+            (at, effect, legs or (diagnosis.causes[at].joints if effect in of_one else ()))
             for named, effect, legs in diagnosis.rivals
             if named in names
+            for at in (names.index(named),)
         ]
     with ProgressBar("diagnosis") as bar:
         d = diagnose(runs.trials, simulator, runs.references, progress=bar.tell)
@@ -165,10 +175,12 @@ def _lines(
             lines.append(f"   distinguishes least: {pair_words(one)}")
         if one.limits:
             lines.append(f"   caution: {one.limits}")
-        lines.append(f"   {one.command}")
-    lines.append(
-        f"on the robot add: --hardware PORT --armed    (a separation of {ENOUGH} is enough: 1 wrong in 100)"
+        if one.command:
+            lines.append(f"   {one.command}")
+    hint = (
+        "on the robot add: --hardware PORT --armed    " if any(one.command for one in shown) else ""
     )
+    lines.append(f"{hint}(a separation of {ENOUGH} is enough: 1 wrong in 100)")
     return lines
 
 

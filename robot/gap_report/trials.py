@@ -21,6 +21,7 @@ from record.log.reader import LogContents
 from record.trial.header import KIND_OF_SUFFIX, LEGGED, TrialHeader, kind_of
 from record.trial.header_file import machine_tables, read_machine
 from record.trial.trial import Trial, read_trial
+from robot.gap_report.answer import DiagnosedRuns
 from robot.gap_report.legged import NO_FILE, robot_text
 
 
@@ -179,6 +180,26 @@ def read_runs(
     """
     everything = read_trials((*trials, *references), tuple(joints))
     return runs_of(everything[: len(trials)], everything[len(trials) :], robot, machine)
+
+
+def runs_of_diagnosis(of: DiagnosedRuns, robot: Path | None = None) -> Runs:
+    """Read the runs of a diagnosis, with the same held out.
+
+    Args:
+        of: Which they are.
+        robot: Machine's file to use for the trials; None for the one of the diagnosis.
+
+    Raises:
+        GapError: They are not where they were.
+        RecordError: A file cannot be read.
+    """
+    if not of.trials:
+        raise GapError(
+            f"the runs of {of.path} are not where they were, and they say what machine it is; put them back, "
+            "or diagnose again"
+        )
+    runs = read_runs(of.trials, of.references, robot or of.robot, machine=of.machine)
+    return replace(runs, hold_out=of.hold_out)
 
 
 def read_trials(paths: Sequence[Path], joints: tuple[str, ...] = ()) -> tuple[Trial, ...]:

@@ -138,19 +138,20 @@ class GapAloneRequest:
 
 @request("gap_report.apply:apply_diagnosis")
 class GapApplyRequest:
-    """``bigant gap apply``: a diagnosis into a corrected robot file, and the gap measured again through it.
+    """``bigant gap apply``: a diagnosis into a corrected machine's file, and the gap measured again with it.
 
     Causes that have a key of their own (links, mounts, springs, friction) change that key; all others go
     into a table [effects], which drive, odom, sim, replay and gap read. All comments stay. Then the
     corrected file is read back, and the held-out runs of the diagnosis are predicted with it: before and
-    after are printed. Exit code 1: the gap did not shrink.
+    after are printed. Other machines write causes into their own file in their own way (a bench of servos
+    in [joint.NAME.effects]), or say why not. Exit code 1: the gap did not shrink.
     """
 
     diagnosis: Path = argument("DIAGNOSIS.json")
     robot: Path | None = option(
         "robot file to correct (default: the one that the runs name)", "FILE"
     )
-    out: Path = needed("the corrected file", "FILE")
+    out: Path = needed("the corrected file; a folder where the runs name several", "FILE|FOLDER")
     anyway: bool = flag("apply the causes of a diagnosis that does not explain the gap, too")
     json: bool = as_json("what was done as JSON")
 
@@ -163,7 +164,7 @@ class GapNextRequest:
     first. Each gait at several frequencies, straight and turning, and with a weight on the body, is played
     through the simulator with each candidate; what is left of their difference after one is adjusted to the
     other, in units of the noise, is the separation that the run would show. A separation of 22 decides with
-    one error in a hundred.
+    one error in a hundred. Machines other than legged robots propose their own runs, or say what to vary.
     """
 
     paths: tuple[Path, ...] = argument("DIAGNOSIS.json|TRIAL", nargs="+")

@@ -7,6 +7,7 @@ Ratios are neutral at 1, everything else at what the nominal servo has: added fr
 from dataclasses import dataclass
 
 from gap.interfaces import Effect, Parameter, Scope
+from gap.machines.servo_bench.kernel import ServoNumbers
 
 STAGES = ("controller", "motor", "transmission", "load", "sensing")
 JOINT = (Scope.JOINT,)
@@ -146,3 +147,18 @@ CATALOGUE = (
            ("The reported angle grows by more or less than the shaft turns.",
             "Check counts per turn and the gear ratio behind the encoder.")),
 )  # fmt: skip
+
+BY_NAME = {effect.name: effect for effect in CATALOGUE}
+
+
+def added(p: ServoNumbers, effect: BenchEffect, values: tuple[float, ...]) -> ServoNumbers:
+    """Return a servo with a cause added; values in the order of the effect's parameters."""
+    for (place, how), value in zip(effect.places, values, strict=True):
+        old: float = getattr(p, place)
+        if how == "payload":  # its two numbers belong together
+            mass, length = values
+            new = old + mass * length ** (2 if place == "load_kg_m2" else 1)
+        else:
+            new = {"+": old + value, "*": old * value, "<": min(old, value), "=": value}[how]
+        p = p._replace(**{place: new})
+    return p

@@ -1,9 +1,14 @@
 """The nominal servos of a trial of kind ``servo_bench``, read from the machine's file."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import tomlkit
+
+from gap.interfaces import Cause, Effect
+from gap.machines.servo_bench.catalogue import BY_NAME, BenchEffect, added
 from gap.machines.servo_bench.kernel import ServoNumbers
+from model.effects.causes import joint_by_joint
 from model.errors import ConfigError, GapError, RecordError
 from model.parameters.tables import parse_table
 from model.parameters.toml_table import Table
@@ -69,8 +74,57 @@ def _joint(name: str, table: Table, logged: Mapping[str, float]) -> ServoJoint:
     if motor.names():
         numbers |= {key: motor.number(key, above=0.0) for key in MOTOR_KEYS}
         motor.done()
+    effects = table.maybe_table("effects")
+    causes = [_effect_of(effects.table(one), one) for one in effects.names()]
     table.done()
     mass, length = numbers.pop("mass_kg", 0.0), numbers.pop("length_m", 0.0)
     numbers["break_nm"] = numbers.get("coulomb_nm", 0.0)
     servo = ServoNumbers(load_kg_m=mass * length, load_kg_m2=mass * length**2, **numbers)
+    for effect, values in causes:
+        servo = added(servo, effect, values)
     return ServoJoint(name, not motor.names(), servo)
+
+
+def _effect_of(table: Table, name: str) -> tuple[BenchEffect, tuple[float, ...]]:
+    """Read one effect of [joint.NAME.effects], which ``gap apply`` writes."""
+    if name not in BY_NAME:
+        raise ConfigError(table.name(name), f"is no effect; there are {', '.join(BY_NAME)}")
+    effect = BY_NAME[name]
+    values = tuple(
+        table.number(p.name, minimum=p.lower, maximum=p.upper) for p in effect.parameters
+    )
+    table.done()
+    return effect, values
+
+
+def with_causes(text: str, causes: Sequence[Cause], effects: Sequence[Effect]) -> str:
+    """Write causes into a machine's file, in [joint.NAME.effects.EFFECT]; all else stays.
+
+    An effect that is there already gets both: ratios are multiplied, what is added is added up.
+
+    Raises:
+        GapError: The file has no such joint.
+    """
+    known = {effect.name: effect for effect in effects}
+    document = tomlkit.parse(text)
+    joints = document.setdefault("joint", tomlkit.table(is_super_table=True))
+    for cause in (one for c in causes for one in joint_by_joint(c, known[c.effect])):
+        for joint in cause.joints:
+            if joint not in joints:
+                raise GapError(f"the machine's file has no [joint.{joint}]; add it")
+            own = joints[joint].setdefault("effects", tomlkit.table(is_super_table=True))
+            effect = BY_NAME[cause.effect]
+            before = own.get(cause.effect, {})
+            both = tomlkit.table()
+            for p, value, (_, how) in zip(
+                effect.parameters, cause.values, effect.places, strict=True
+            ):
+                old = float(before.get(p.name, p.neutral))
+                both[p.name] = _together(how, old, value)
+            own[cause.effect] = both
+    return tomlkit.dumps(document)
+
+
+def _together(how: str, old: float, value: float) -> float:
+    """One number for two of the same effect."""
+    return {"+": old + value, "*": old * value, "<": min(old, value)}.get(how, value)

@@ -13,11 +13,13 @@ from scipy.constants import g as standard_gravity
 from gap.data.check import check_trial
 from gap.data.even_grid import EvenTrial, even_trial
 from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation, check_causes
+from gap.machine_kinds import MachineKind
 from gap.machines.servo_bench import kernel as k
-from gap.machines.servo_bench.catalogue import ANY, CATALOGUE, IDEAL, MOTOR, STAGES, BenchEffect
+from gap.machines.servo_bench.catalogue import ANY, BY_NAME, CATALOGUE, IDEAL, MOTOR, STAGES, added
 from gap.machines.servo_bench.check import believable, check_bench
 from gap.machines.servo_bench.kernel import UNLIMITED_RAD_S, ServoNumbers
-from gap.machines.servo_bench.machine import ServoJoint, nominal_servos
+from gap.machines.servo_bench.machine import ServoJoint, nominal_servos, with_causes
+from gap.machines.servo_bench.motions import propose_motions
 from model.effects.causes import at_every_joint, joint_by_joint
 from model.motion.filters import at_times, lagged, play
 from model.values.arrays import FloatArray, readonly
@@ -27,7 +29,6 @@ TRIALS_REMEMBERED = 128
 ASSUMED_SHAFT_RAD = 0.0015  # one count of 4096
 ASSUMED_DUTY = 0.01
 ASSUMED_CURRENT_A = 0.02
-BY_NAME = {effect.name: effect for effect in CATALOGUE}
 SETTLE_S = 0.1  # the servo's state before the trial is not known
 
 
@@ -118,7 +119,7 @@ class ServoBench:
             numbers = joint.numbers
             for cause in causes:
                 if joint.name in cause.joints:
-                    numbers = _added(numbers, BY_NAME[cause.effect], cause.values)
+                    numbers = added(numbers, BY_NAME[cause.effect], cause.values)
             ran = _run(even, at, joint, numbers)
             shafts.append(ran[:, 0] - even.command_rad[:, at])
             if joint.ideal:
@@ -136,19 +137,6 @@ class ServoBench:
         known = tuple(fault for fault in faults if fault is not None)
         seen = {(fault.kind, fault.channel) for fault in known}
         return (*known, *(f for f in check_bench(trial) if (f.kind, f.channel) not in seen))
-
-
-def _added(p: ServoNumbers, effect: BenchEffect, values: tuple[float, ...]) -> ServoNumbers:
-    """A servo with a cause added."""
-    for (place, how), value in zip(effect.places, values, strict=True):
-        old: float = getattr(p, place)
-        if how == "payload":  # its two numbers belong together
-            mass, length = values
-            new = old + mass * length ** (2 if place == "load_kg_m2" else 1)
-        else:
-            new = {"+": old + value, "*": old * value, "<": min(old, value), "=": value}[how]
-        p = p._replace(**{place: new})
-    return p
 
 
 def _target(
@@ -214,3 +202,6 @@ def servo_bench(trials: Sequence[Trial]) -> ServoBench:
     """
     signed = any(bool(np.nanmin(t.torque_nm, initial=0.0) < 0.0) for t in trials)
     return ServoBench(nominal_servos(trials[0]), torque_known=signed)
+
+
+BENCH = MachineKind(servo_bench, apply=with_causes, propose=propose_motions)

@@ -11,12 +11,14 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+import tomlkit
 from scipy.constants import g as standard_gravity
 from scipy.signal import savgol_filter
 
 from gap.data.columns import Sign, faults_of
 from gap.data.even_grid import even_times, on_times
-from gap.interfaces import Cause, Channel, DataFault, Drive, Observation, check_causes
+from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation, check_causes
+from gap.machine_kinds import MachineKind
 from gap.machines.sliding_body.catalogue import CATALOGUE, STAGES
 from model.compiled import compiled
 from model.errors import ConfigError, GapError
@@ -237,12 +239,60 @@ def sliding_body(trials: Sequence[Trial]) -> SlidingBody:
     Raises:
         GapError: Its file cannot be used.
     """
+    return SlidingBody(_law(trials[0].header.robot_text))
+
+
+def _law(text: str) -> SlidingLaw:
+    """Read the body's file."""
     try:
-        contact = parse_table(trials[0].header.robot_text).maybe_table("contact")
-        law = contact.maybe_text("law") or "viscous"
-        mu = contact.number("mu", minimum=0.0) if contact.has("mu") else 0.2
+        top = parse_table(text)
+        contact, ground = top.maybe_table("contact"), top.maybe_table("ground")
+        name = contact.maybe_text("law") or "viscous"
+        law = SlidingLaw(
+            name == "coulomb",
+            contact.number("mu", minimum=0.0, otherwise=0.2),
+            contact.number("per_m_s", otherwise=0.0),
+            ground.number("slope_x", otherwise=0.0),
+            ground.number("slope_y", otherwise=0.0),
+            top.maybe_table("sensing").number("pose_delay_s", minimum=0.0, otherwise=0.0),
+        )
     except ConfigError as error:
         raise GapError(f"the machine's file cannot be used: {error}") from error
-    if law not in {"viscous", "coulomb"}:
-        raise GapError(f"contact.law must be viscous or coulomb, not {law!r}")
-    return SlidingBody(SlidingLaw(law == "coulomb", mu))
+    if name not in {"viscous", "coulomb"}:
+        raise GapError(f"contact.law must be viscous or coulomb, not {name!r}")
+    return law
+
+
+def with_causes(text: str, causes: Sequence[Cause], effects: Sequence[Effect]) -> str:
+    """Write causes into the body's file: [contact], [ground] and [sensing]; all else stays.
+
+    Raises:
+        GapError: The file cannot be used.
+    """
+    del effects  # each has its keys
+    law = _changed(_law(text), causes)
+    document = tomlkit.parse(text)
+    tables: dict[str, dict[str, str | float]] = {
+        "contact": {
+            "law": "coulomb" if law.coulomb else "viscous",
+            "mu": law.mu,
+            "per_m_s": law.per_m_s,
+        },
+        "ground": {"slope_x": law.slope_x, "slope_y": law.slope_y},
+        "sensing": {"pose_delay_s": law.delay_s},
+    }
+    for name, keys in tables.items():
+        if name not in document and not any(keys.values()):
+            continue
+        table = document.setdefault(name, tomlkit.table())
+        for key, value in keys.items():
+            if value or key in table:
+                table[key] = value
+    return tomlkit.dumps(document)
+
+
+BODY = MachineKind(
+    sliding_body,
+    apply=with_causes,
+    no_propose="is let go by hand: push it faster, slower and along other directions of the ground",
+)

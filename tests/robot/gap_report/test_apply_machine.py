@@ -1,0 +1,124 @@
+"""``gap apply`` and ``gap next`` for machines that are no legged robots."""
+
+import json
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gap.interfaces import Cause, Drive
+from gap.machines.servo_bench.machine import with_causes
+from gap.machines.servo_bench.simulator import servo_bench
+from gap.machines.sliding_body.simulator import sliding_body
+from gap.machines.sliding_body.simulator import with_causes as with_body_causes
+from record.trial.trial import Trial, write_trial
+from robot.cli import main as cli
+from tests.gap.bench_trials import MOTOR, servo_trial, slide_trial
+
+EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "own_machine.py"
+WEAK = MOTOR.replace("kp_duty_per_rad = 4.0", "kp_duty_per_rad = 2.0")
+T = np.arange(400) / 50
+THERE = (Cause("controller_gain", ("arm",), (0.5,)), Cause("play", ("arm",), (0.05,)))
+
+
+def lacking(robot: str, name: str, hertz: float) -> Trial:
+    command = 0.9 * np.sin(2 * np.pi * hertz * T)
+    trial = servo_trial(robot, command)
+    predicted = servo_bench([trial]).predict(trial, THERE, Drive.COMMAND)
+    noise = np.random.default_rng(0).normal(0, 0.001, len(T))
+    shaft = (command + predicted[:, 0] + noise)[:, None]
+    header = replace(trial.header, robot_file=name, gait="")
+    return replace(trial, header=header, shaft_rad=shaft, pwm=predicted[:, 1:2] + noise[:, None])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A diagnosis of runs of two machine's files."""
+    folder = tmp_path_factory.mktemp("two")
+    for number, (robot, name) in enumerate(((MOTOR, "strong.toml"), (WEAK, "weak.toml")) * 2):
+        run = lacking(robot, name, 0.3 + 0.2 * number)
+        write_trial(run, folder / f"run{number}.parquet")
+    runs = sorted(map(str, folder.glob("run?.parquet")))
+    out = str(folder / "d.json")
+    assert cli.run(["gap", "diagnose", *runs, "--json", out, "--jobs", "1"]) == 0
+    return folder
+
+
+def test_the_causes_go_into_every_machine_s_file_and_the_gap_is_measured_again(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = folder / "corrected"
+    words = ["gap", "apply", str(folder / "d.json"), "--out", str(out)]
+    assert cli.run([*words[:-1], "one.toml"]) == 2
+    assert "name 2 machine's files (strong.toml, weak.toml)" in capsys.readouterr().err
+    assert cli.run(words) == 0
+    said = capsys.readouterr().out
+    assert f"written: {out / 'weak.toml'}" in said
+    assert "of the gap is closed (diagnosis: 100%)" in said
+    for name, kp in (("strong", 4.0), ("weak", 2.0)):
+        written = tomllib.loads((out / f"{name}.toml").read_text())["joint"]["arm"]
+        assert written["controller"]["kp_duty_per_rad"] == kp
+        assert written["effects"]["controller_gain"]["ratio"] == pytest.approx(0.5, abs=0.01)
+        assert written["effects"]["play"]["width_rad"] == pytest.approx(0.05, abs=0.002)
+    assert cli.run(words) == 2
+    assert "exists; choose another name" in capsys.readouterr().err
+
+
+def test_a_corrected_file_says_what_the_causes_said_and_takes_more() -> None:
+    trial = servo_trial(MOTOR, 0.9 * np.sin(2 * T))
+    effects = servo_bench([trial]).effects
+    once = with_causes(MOTOR, THERE, effects)
+    corrected = replace(trial, header=replace(trial.header, robot_text=once))
+    expected = servo_bench([trial]).predict(trial, THERE, Drive.COMMAND)
+    assert np.array_equal(servo_bench([corrected]).predict(corrected, (), Drive.COMMAND), expected)
+    twice = tomllib.loads(with_causes(once, THERE, effects))["joint"]["arm"]["effects"]
+    assert twice["controller_gain"]["ratio"] == pytest.approx(0.25)
+    assert twice["play"]["width_rad"] == pytest.approx(0.10)
+
+
+def test_causes_of_a_sliding_body_go_into_its_file() -> None:
+    push = np.cumsum(np.linspace(1.0, 0.1, 200))[:, None] * np.array([[0.006, 0.002]])
+    trial = slide_trial(push)
+    causes = (
+        Cause("coulomb_friction", (), (0.25,)), Cause("speed_dependence", (), (0.3,)),
+        Cause("ground_slope", (), (0.01, -0.02)), Cause("pose_delay", (), (0.02,)),
+    )  # fmt: skip
+    text = with_body_causes(trial.header.robot_text, causes, sliding_body([trial]).effects)
+    assert "mass = 0.37" in text
+    corrected = replace(trial, header=replace(trial.header, robot_text=text))
+    expected = sliding_body([trial]).predict(trial, causes, Drive.COMMAND)
+    own = sliding_body([corrected]).predict(corrected, (), Drive.COMMAND)
+    np.testing.assert_allclose(own, expected, rtol=1e-12)
+
+
+def test_the_next_run_of_a_bench_is_a_motion_within_its_range(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["gap", "next", str(folder / "d.json"), "--against", "supply_voltage@arm", "--json"]
+    assert cli.run(words) in {0, 1}
+    runs = json.loads(capsys.readouterr().out)["runs"]
+    assert runs
+    assert all(one["separation"] > 0 and one["command"] == "" for one in runs)
+    assert any("the current (current_J_a) logged" in one["name"] for one in runs)
+    assert not any("the duty" in one["name"] for one in runs), "it was logged already"
+
+
+def test_a_machine_that_can_do_neither_says_so_in_a_sentence(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answer = json.loads((folder / "d.json").read_text())
+    answer |= {"simulator": "tendon", "machine": f"{EXAMPLE}:make", "ambiguous_with": []}
+    answer["causes"] = [
+        {"effect": "slack", "legs": ["arm"], "parameters": {"width_rad": 0.1}, "on_bound": []}
+    ]
+    file = tmp_path / "tendon.json"
+    file.write_text(json.dumps(answer))
+    assert cli.run(["gap", "apply", str(file), "--out", str(tmp_path / "x.toml")]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "a machine of kind own_machine has no way to write a cause into its file" in said
+    assert cli.run(["gap", "next", str(file)]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "a machine of kind own_machine does not say which runs it could make" in said
+    assert not (tmp_path / "x.toml").exists()
