@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from gap.delegate import MachineKey, MachineOfEach, machine_key
 from gap.diagnosis.how_far import HowFar
@@ -9,6 +10,7 @@ from gap.diagnosis.remeasured import remeasure
 from gap.interfaces import Simulator
 from gap.machine_kinds import MachineKind
 from model.errors import GapError
+from record.trial.header import KIND_OF_SUFFIX
 from record.trial.trial import Trial
 from record.whole_file import check_room, write_text
 from robot.console.exit_codes import ExitCode
@@ -49,7 +51,10 @@ def apply_to_machine(request: GapApplyRequest, of: DiagnosedRuns) -> ExitCode:
             f"the runs name {len(texts)} machine's files ({', '.join(texts)}); give --out a folder for them"
         )
     files = {name: out / name if len(texts) > 1 or not out.suffix else out for name in texts}
-    for file in files.values():
+    for name, file in files.items():
+        suffix = Path(name).suffix
+        if file.parent.is_dir() or not out.parent.is_dir():  # else the folder will be made
+            check_room(file, "--out", ".xml" if suffix in KIND_OF_SUFFIX else suffix)
         if file.exists():
             raise GapError(f"--out: {file} exists; choose another name")
     corrected = {
@@ -58,7 +63,6 @@ def apply_to_machine(request: GapApplyRequest, of: DiagnosedRuns) -> ExitCode:
     after = _corrected(kind, runs, corrected)  # read from its text, as every command does
     for name, file in files.items():
         file.parent.mkdir(parents=True, exist_ok=True)
-        check_room(file, "--out", file.suffix)
         write_text(file, corrected[name])
     far = _measured(runs, simulator, after)
     if request.json:

@@ -195,8 +195,8 @@ def runs_of_diagnosis(of: DiagnosedRuns, robot: Path | None = None) -> Runs:
     """
     if not of.trials:
         raise GapError(
-            f"the runs of {of.path} are not where they were, and they say what machine it is; put them back, "
-            "or diagnose again"
+            f"the runs of {of.path} are not where they were, and they say what machine it is; put them "
+            "back, or diagnose again"
         )
     runs = read_runs(of.trials, of.references, robot or of.robot, machine=of.machine)
     return replace(runs, hold_out=of.hold_out)

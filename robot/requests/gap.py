@@ -138,7 +138,7 @@ class GapAloneRequest:
 
 @request("gap_report.apply:apply_diagnosis")
 class GapApplyRequest:
-    """``bigant gap apply``: a diagnosis into a corrected machine's file, and the gap measured again with it.
+    """``bigant gap apply``: a diagnosis into a corrected machine's file, and the gap measured again.
 
     Causes that have a key of their own (links, mounts, springs, friction) change that key; all others go
     into a table [effects], which drive, odom, sim, replay and gap read. All comments stay. Then the
