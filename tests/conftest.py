@@ -3,10 +3,15 @@
 A worker of pytest-xdist inherits the environment, so this is in time for all of them.
 """
 
+import os
+from collections.abc import Iterator
+
 import pytest
 from hypothesis import settings
 
 from bigant.one_thread import one_thread
+from tests.walk_logs import cycle_walk as cycle_walk
+from tests.walk_logs import short_walk as short_walk
 
 one_thread()
 
@@ -18,3 +23,11 @@ settings.register_profile("soak", deadline=None, max_examples=1000)
 def pytest_configure(config: pytest.Config) -> None:
     words = str(config.option.markexpr)
     settings.load_profile("soak" if words == "soak" else "usual")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_nicer_worker() -> Iterator[None]:
+    """A viewer lowers its own priority; here it would be that of all tests behind it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "nice", lambda _: 0)
+        yield

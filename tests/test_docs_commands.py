@@ -12,6 +12,7 @@ import pytest
 
 from robot.cli import main as cli
 from robot.console.exit_codes import ExitCode
+from tests.soaked import soaked
 from tests.test_docs import PAGES, ROOT, command_lines
 
 LEFT_OUT = (
@@ -52,18 +53,22 @@ def test_enough_commands_are_run_and_no_rule_is_idle() -> None:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(cycle_walk: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder as a reader has it after the first walk."""
     place = tmp_path_factory.mktemp("reader")
-    words = ["drive", "--virtual-time", "--cycles", "0.5", "--frequency-hz", "0.2", "--log"]
-    assert cli.run([*words, str(place / LOGS[0])]) == 0
-    shutil.copy(place / LOGS[0], place / LOGS[1])
+    (place / "runs").mkdir()
+    for name in LOGS:
+        shutil.copyfile(cycle_walk, place / name)
     (place / "examples").symlink_to(ROOT / "examples")
     return place
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("words", RUN, ids=lambda words: shlex.join(words)[:60])
+def quick(words: tuple[str, ...]) -> bool:
+    """All but a whole first day by defaults; tests/robot/bringup/test_first_day.py has a shorter one."""
+    return words != ("bringup", "--folder", "bringup")
+
+
+@pytest.mark.parametrize("words", soaked(RUN, quick, lambda words: shlex.join(words)[:60]))
 def test_a_command_of_a_page_runs(
     words: tuple[str, ...], folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -25,14 +25,6 @@ def bigant(*words: object) -> int:
     return cli.run([str(w) for w in words])
 
 
-@pytest.fixture(scope="module")
-def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("walked") / "walk.mcap"
-    more = ("--duration", "0.5", "--frequency-hz", "0.2", "--log", str(path))
-    assert bigant("drive", "--virtual-time", *more) == ExitCode.OK
-    return path
-
-
 def cut_short(path: Path, folder: Path, share: float) -> Path:
     short = folder / "short.mcap"
     data = path.read_bytes()
@@ -40,10 +32,10 @@ def cut_short(path: Path, folder: Path, share: float) -> Path:
     return short
 
 
-def test_a_log_is_complete(walked: Path) -> None:
+def test_a_log_is_complete(short_walk: Path) -> None:
     """Counts of both devices, every stage, verdicts, robot file and versions of the software."""
     contents = LogContents()
-    ticks = list(read_ticks(walked, contents))
+    ticks = list(read_ticks(short_walk, contents))
     servos = [t.inputs.servos for t in ticks if t.inputs.servos is not None]
     assert len(servos) > len(ticks) - 5
     assert all(s.valid.all() and (s.position_ticks > 0).all() for s in servos)
@@ -64,8 +56,8 @@ def test_a_log_is_complete(walked: Path) -> None:
         assert contents.metadata[f"version.{package}"][0].isdigit(), package
 
 
-def test_info_says_what_is_there(walked: Path, capsys: Capture) -> None:
-    assert bigant("log", "info", walked) == ExitCode.OK
+def test_info_says_what_is_there(short_walk: Path, capsys: Capture) -> None:
+    assert bigant("log", "info", short_walk) == ExitCode.OK
     printed = capsys.readouterr().out
     for words in (
         "BigANT",
@@ -76,17 +68,17 @@ def test_info_says_what_is_there(walked: Path, capsys: Capture) -> None:
         "none",
     ):
         assert words in printed
-    assert bigant("log", "info", walked, "--json") == ExitCode.OK
+    assert bigant("log", "info", short_walk, "--json") == ExitCode.OK
     found = json.loads(capsys.readouterr().out)
-    assert found["ticks"] == len(list(read_ticks(walked)))
+    assert found["ticks"] == len(list(read_ticks(short_walk)))
     assert found["rate_hz"] == pytest.approx(100)
     assert found["finished"] is True
     assert found["damage"] == []
     assert found["metadata"]["version.numpy"] == np.__version__
 
 
-def test_info_of_a_cut_log_says_so(walked: Path, tmp_path: Path, capsys: Capture) -> None:
-    short = cut_short(walked, tmp_path, 0.6)
+def test_info_of_a_cut_log_says_so(short_walk: Path, tmp_path: Path, capsys: Capture) -> None:
+    short = cut_short(short_walk, tmp_path, 0.6)
     assert bigant("log", "info", short) == ExitCode.VERDICT_FAILED
     assert "cut or damaged: the file ends early" in capsys.readouterr().out
     bigant("log", "info", short, "--json")
@@ -97,8 +89,10 @@ def test_info_of_a_cut_log_says_so(walked: Path, tmp_path: Path, capsys: Capture
     assert damage["to_s"] is None
 
 
-def test_a_cut_log_is_repaired_beside_itself(walked: Path, tmp_path: Path, capsys: Capture) -> None:
-    short = cut_short(walked, tmp_path, 0.6)
+def test_a_cut_log_is_repaired_beside_itself(
+    short_walk: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    short = cut_short(short_walk, tmp_path, 0.6)
     before = short.read_bytes()
     assert bigant("log", "repair", short) == ExitCode.OK
     printed = capsys.readouterr().out
@@ -112,10 +106,10 @@ def test_a_cut_log_is_repaired_beside_itself(walked: Path, tmp_path: Path, capsy
     assert "is there already; name another file with --out" in capsys.readouterr().err
 
 
-def test_pieces_and_merged_logs_open_everywhere(walked: Path, tmp_path: Path) -> None:
+def test_pieces_and_merged_logs_open_everywhere(short_walk: Path, tmp_path: Path) -> None:
     one, two, both = tmp_path / "1.mcap", tmp_path / "2.mcap", tmp_path / "both.mcap"
-    assert bigant("log", "cut", walked, "--to", "0.3", "--out", one) == ExitCode.OK
-    assert bigant("log", "cut", walked, "--from", "0.5", "--out", two) == ExitCode.OK
+    assert bigant("log", "cut", short_walk, "--to", "0.3", "--out", one) == ExitCode.OK
+    assert bigant("log", "cut", short_walk, "--from", "0.5", "--out", two) == ExitCode.OK
     assert bigant("log", "merge", two, one, "--out", both) == ExitCode.OK
     log = read_log(both)
     assert np.diff(log.t_s).max() == pytest.approx(0.21, abs=0.02), "the gap is kept"
@@ -147,17 +141,18 @@ def test_exported_odometry_is_the_estimator_s_and_dead_reckoning_is_named_so(
     assert last["estimate"][0] == last["truth"][0]
 
 
-def test_every_export_and_back(walked: Path, tmp_path: Path, capsys: Capture) -> None:
+def test_every_export_and_back(short_walk: Path, tmp_path: Path, capsys: Capture) -> None:
     trial = tmp_path / "t.parquet"
-    count = len(list(read_ticks(walked)))
-    assert bigant("log", "export", walked, "--format", "trial", "--out", trial) == ExitCode.OK
+    count = len(list(read_ticks(short_walk)))
+    assert bigant("log", "export", short_walk, "--format", "trial", "--out", trial) == ExitCode.OK
     for kind in ("csv", "parquet"):
         out = tmp_path / f"table.{kind}"
         words = ("--format", kind, "--what", "joints,raw", "--out", out)
-        assert bigant("log", "export", walked, *words) == ExitCode.OK
+        assert bigant("log", "export", short_walk, *words) == ExitCode.OK
         assert f"{out}: {count} rows" in capsys.readouterr().out
     assert (
-        bigant("log", "export", walked, "--format", "tum", "--out", tmp_path / "p") == ExitCode.OK
+        bigant("log", "export", short_walk, "--format", "tum", "--out", tmp_path / "p")
+        == ExitCode.OK
     )
     assert {p.name for p in tmp_path.glob("*.tum")} == {
         "p_estimate.tum",
@@ -210,11 +205,11 @@ WRONG = (
 
 @pytest.mark.parametrize(("words", "message"), WRONG, ids=[" ".join(w) for w, _ in WRONG])
 def test_wrong_input_gives_one_clear_line(
-    walked: Path, tmp_path: Path, capsys: Capture, words: tuple[str, ...], message: str
+    short_walk: Path, tmp_path: Path, capsys: Capture, words: tuple[str, ...], message: str
 ) -> None:
     table = tmp_path / "table.csv"
     table.write_text("time_s,pwm_a\n0,1\n1,1\n")
-    places = {"LOG": str(walked), "TABLE": str(table)}
+    places = {"LOG": str(short_walk), "TABLE": str(table)}
     filled = [
         places.get(w, w.replace("OUT", f"{tmp_path}/out").replace("NONE", f"{tmp_path}/none"))
         for w in words

@@ -18,47 +18,43 @@ from robot.cli import main as cli
 from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 from tests.robot.sim_serve import WATCHDOG_S, Sim, patient_robot
+from tests.walk_logs import SHORT
 
 ROOT = Path(__file__).resolve().parents[3]
-SHORT = ["--duration", "0.3", "--frequency-hz", "0.2"]
 
 
 def bigant(*words: str) -> int:
     return cli.run([str(w) for w in words])
 
 
-@pytest.fixture(scope="module")
-def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("log") / "walk.mcap"
-    assert bigant("drive", "--virtual-time", "--log", str(path), *SHORT) == ExitCode.OK
-    return path
-
-
-def test_a_drive_prints_distance_speed_and_slip(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_a_drive_prints_distance_speed_and_slip_and_gives_the_same_bytes_each_time(
+    short_walk: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    capsys.readouterr()
     path = tmp_path / "new" / "walk.mcap"
     assert bigant("drive", "--virtual-time", "--log", str(path), *SHORT) == ExitCode.OK
     printed = capsys.readouterr().out
     for words in ("done (completed), torque off", "distance", "mean speed", "slip", str(path)):
         assert words in printed
     assert "\x1b" not in printed, "plain lines when the output is no terminal"
+    assert path.read_bytes() == short_walk.read_bytes()
 
 
-def test_the_same_drive_twice_gives_the_same_bytes(walked: Path, tmp_path: Path) -> None:
-    again = tmp_path / "again.mcap"
-    bigant("drive", "--virtual-time", "--log", str(again), *SHORT)
-    assert again.read_bytes() == walked.read_bytes()
-    other = tmp_path / "other.mcap"
-    bigant("drive", "--virtual-time", "--log", str(other), "--seed", "1", *SHORT)
-    assert other.read_bytes() != walked.read_bytes()
+def test_another_seed_gives_other_bytes(tmp_path: Path) -> None:
+    logs = []
+    for name, seed in (("a", "0"), ("b", "0"), ("c", "1")):
+        path = tmp_path / f"{name}.mcap"
+        words = ["--readonly", "--duration", "0.1", "--seed", seed, "--log", str(path)]
+        assert bigant("drive", "--virtual-time", *words) == ExitCode.OK
+        logs.append(path.read_bytes())
+    assert logs[0] == logs[1] != logs[2]
 
 
-def test_show_prints_and_draws(walked: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert bigant("show", str(walked)) == ExitCode.OK
+def test_show_prints_and_draws(short_walk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert bigant("show", str(short_walk)) == ExitCode.OK
     printed = capsys.readouterr().out
     assert "predicted velocity, RMSE" in printed
-    page = walked.with_suffix(".html").read_text(encoding="utf-8")
+    page = short_walk.with_suffix(".html").read_text(encoding="utf-8")
     assert page.count("<svg") == 4
     assert "Body velocity" in page
     assert "src=" not in page, "self-contained"
@@ -67,8 +63,8 @@ def test_show_prints_and_draws(walked: Path, capsys: pytest.CaptureFixture[str])
     ).replace("http://creativecommons.org", "").replace("https://matplotlib.org", "")
 
 
-def test_show_writes_pictures(walked: Path, tmp_path: Path) -> None:
-    assert bigant("show", str(walked), "--out", str(tmp_path / "p.png")) == ExitCode.OK
+def test_show_writes_pictures(short_walk: Path, tmp_path: Path) -> None:
+    assert bigant("show", str(short_walk), "--out", str(tmp_path / "p.png")) == ExitCode.OK
     names = sorted(p.name for p in tmp_path.iterdir())
     assert names == [
         "p-body-velocity.png",
@@ -78,8 +74,8 @@ def test_show_writes_pictures(walked: Path, tmp_path: Path) -> None:
     ]
 
 
-def test_show_as_json(walked: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert bigant("show", str(walked), "--json") == ExitCode.OK
+def test_show_as_json(short_walk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert bigant("show", str(short_walk), "--json") == ExitCode.OK
     summary = json.loads(capsys.readouterr().out)
     assert summary["gait"] == "tripod"
     assert summary["truth"] is True
@@ -87,10 +83,10 @@ def test_show_as_json(walked: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_cut_log_is_still_shown(
-    walked: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    short_walk: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     short = tmp_path / "short.mcap"
-    short.write_bytes(walked.read_bytes()[: walked.stat().st_size // 2])
+    short.write_bytes(short_walk.read_bytes()[: short_walk.stat().st_size // 2])
     assert bigant("show", str(short)) == ExitCode.OK
     assert "cut or damaged" in capsys.readouterr().out
 

@@ -37,12 +37,10 @@ def written(path: Path, *words: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+def pages(cycle_walk: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """Every kind of report, from real data where the data are quick to get."""
     folder = tmp_path_factory.mktemp("pages")
-    log = str(folder / "walk.mcap")
-    words = ["--virtual-time", "--cycles", "1", "--frequency-hz", "0.3", "--log", log]
-    assert cli.run(["drive", *words]) == 0
+    log = str(cycle_walk)
     findings = [
         passed("disk", "78 GB free"),
         warned("load", "4.1 programs want to run on 2 processors", "close some"),

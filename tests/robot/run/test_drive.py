@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from drivers.dynamixel.registers import HardwareError
+from gaits import moves
 from model.errors import RecordError
 from model.values.faults import FaultKind, StopReason
 from model.values.tick import Intent, Mode, Tick
@@ -18,6 +19,13 @@ from robot.run.loop import run
 from robot.run.rig import Rig
 from robot.virtual.open import VirtualSettings, open_in_memory
 from tests.robot.runs import CONFIG, STOP, Kept, Told, drive, modes_of, walk_then_stop, wish
+
+
+@pytest.fixture(autouse=True)
+def brisk_legs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Legs move to their places at nearly twice the usual speed; other tests walk at the usual one."""
+    monkeypatch.setattr(moves, "MOVE_SPEED_RAD_S", 3.8)
+
 
 ORDINARY = [Mode.ARMED, Mode.START, Mode.WALK, Mode.SLOW, Mode.SETTLE, Mode.HOLD]
 

@@ -93,19 +93,11 @@ def ros(monkeypatch: pytest.MonkeyPatch) -> Ros:
     return world
 
 
-@pytest.fixture(scope="module")
-def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("log") / "walk.mcap"
-    words = ["drive", "--virtual-time", "--duration", "0.3", "--frequency-hz", "0.2", "--log"]
-    assert cli.run([*words, str(path)]) == ExitCode.OK
-    return path
-
-
 def test_a_log_is_published_as_it_is(
-    walked: Path, ros: Ros, capsys: pytest.CaptureFixture[str]
+    short_walk: Path, ros: Ros, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert cli.run(["bridge", str(walked), "--speed", "1000"]) == ExitCode.OK
-    log = read_log(walked)
+    assert cli.run(["bridge", str(short_walk), "--speed", "1000"]) == ExitCode.OK
+    log = read_log(short_walk)
     joints = ros.decoded("/joint_states")
     assert len(joints) == len(log.t_s)
     assert tuple(joints[-1].name) == log.names
@@ -121,8 +113,8 @@ def test_a_log_is_published_as_it_is(
     assert f"{len(log.t_s):>8} x /joint_states" in capsys.readouterr().out
 
 
-def test_frames_are_those_of_rep_105(walked: Path, ros: Ros) -> None:
-    assert cli.run(["bridge", str(walked), "--speed", "1000"]) == ExitCode.OK
+def test_frames_are_those_of_rep_105(short_walk: Path, ros: Ros) -> None:
+    assert cli.run(["bridge", str(short_walk), "--speed", "1000"]) == ExitCode.OK
     odom, truth = ros.decoded("/odom")[-1], ros.decoded("/odom_truth")[-1]
     assert (odom.header.frame_id, odom.child_frame_id) == ("odom", "base_link")
     assert (truth.header.frame_id, truth.child_frame_id) == ("map", "base_link")
@@ -135,47 +127,49 @@ def test_frames_are_those_of_rep_105(walked: Path, ros: Ros) -> None:
     assert moved[-1].pose.pose.position.x > moved[0].pose.pose.position.x, "forward is +x"
 
 
-def test_a_prefix_leaves_transforms_where_they_are(walked: Path, ros: Ros) -> None:
-    assert cli.run(["bridge", str(walked), "--speed", "1000", "--prefix", "/lab1/"]) == ExitCode.OK
+def test_a_prefix_leaves_transforms_where_they_are(short_walk: Path, ros: Ros) -> None:
+    assert (
+        cli.run(["bridge", str(short_walk), "--speed", "1000", "--prefix", "/lab1/"]) == ExitCode.OK
+    )
     assert {"/lab1/joint_states", "/lab1/odom", "/tf", "/clock"} <= set(ros.published)
     assert "/odom" not in ros.published
 
 
 def test_a_live_run_is_followed_without_a_clock_of_its_own(
-    walked: Path, ros: Ros, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    short_walk: Path, ros: Ros, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    data = walked.read_bytes()
+    data = short_walk.read_bytes()
     growing = tmp_path / "now.mcap"
     growing.write_bytes(data[:50_000])
     clock = _WritingClock(data[50_000:], growing)
     monkeypatch.setattr("robot.view.bridge.MonotonicClock", lambda: clock)
     monkeypatch.setattr(bridge, "be_nice", lambda: None)
     assert cli.run(["bridge", str(growing), "--live"]) == ExitCode.OK
-    assert len(ros.published["/odom"]) == len(read_log(walked).t_s)
+    assert len(ros.published["/odom"]) == len(read_log(short_walk).t_s)
     assert "/clock" not in ros.published
 
 
-def test_when_ros_shuts_down_the_bridge_ends(walked: Path, ros: Ros) -> None:
+def test_when_ros_shuts_down_the_bridge_ends(short_walk: Path, ros: Ros) -> None:
     ros.stop_after = 50
-    assert cli.run(["bridge", str(walked), "--speed", "1000"]) == ExitCode.OK
+    assert cli.run(["bridge", str(short_walk), "--speed", "1000"]) == ExitCode.OK
     assert sum(map(len, ros.published.values())) <= 52
 
 
 def test_an_absent_message_package_is_named(
-    walked: Path, ros: Ros, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    short_walk: Path, ros: Ros, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "rosgraph_msgs.msg", None)
-    assert cli.run(["bridge", str(walked)]) == ExitCode.USAGE
+    assert cli.run(["bridge", str(short_walk)]) == ExitCode.USAGE
     assert "install the ROS package rosgraph-msgs" in capsys.readouterr().err
     assert not ros.running
 
 
 def test_without_ros_it_is_said_what_to_do(
-    walked: Path, capsys: pytest.CaptureFixture[str]
+    short_walk: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     if "rclpy" in sys.modules:
         pytest.skip("there is a ROS here")
-    assert cli.run(["bridge", str(walked)]) == ExitCode.USAGE
+    assert cli.run(["bridge", str(short_walk)]) == ExitCode.USAGE
     printed = capsys.readouterr().err
     assert "rclpy cannot be imported" in printed
     assert "docs/ros2.md" in printed

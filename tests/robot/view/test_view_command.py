@@ -36,14 +36,6 @@ ROOT = Path(__file__).resolve().parents[3]
 PARAMETERS = load_robot().parameters
 
 
-@pytest.fixture(scope="module")
-def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("log") / "walk.mcap"
-    words = ["drive", "--virtual-time", "--duration", "0.3", "--frequency-hz", "0.2", "--log"]
-    assert cli.run([*words, str(path)]) == ExitCode.OK
-    return path
-
-
 def test_feet_are_drawn_where_the_linkage_puts_them_and_forces_begin_there() -> None:
     tick = make_tick(3)
     angles = np.linspace(-1, 2, 6)
@@ -157,14 +149,14 @@ def test_a_fault_is_news_when_it_comes_and_when_it_comes_again() -> None:
 
 
 def test_the_saved_file_opens_in_another_reader_with_everything_in_it(
-    walked: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    short_walk: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("foxglove")
     from mcap.reader import make_reader
     from mcap_protobuf.decoder import DecoderFactory
 
     saved, layout = tmp_path / "view.mcap", tmp_path / "layout.json"
-    code = cli.run(["view", str(walked), "--save", str(saved), "--layout", str(layout)])
+    code = cli.run(["view", str(short_walk), "--save", str(saved), "--layout", str(layout)])
     assert code == ExitCode.OK
     assert "pictures of" in capsys.readouterr().out
     with saved.open("rb") as stream:
@@ -201,12 +193,12 @@ def test_the_saved_file_opens_in_another_reader_with_everything_in_it(
 
 
 def test_a_file_for_rerun_is_whole_and_holds_the_robot_and_its_numbers(
-    walked: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    short_walk: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Read back by Rerun's own program; a picture of its viewer is docs/figures/viewer.png."""
     pytest.importorskip("rerun", reason="rerun-sdk (640 MB) is not installed")
     saved = tmp_path / "view.rrd"
-    assert cli.run(["view", str(walked), "--save", str(saved)]) == ExitCode.OK
+    assert cli.run(["view", str(short_walk), "--save", str(saved)]) == ExitCode.OK
     assert f"open it with: rerun {saved}" in capsys.readouterr().out
 
     def rrd(*words: str) -> str:
@@ -228,12 +220,12 @@ def test_a_file_for_rerun_is_whole_and_holds_the_robot_and_its_numbers(
 
 
 def test_a_file_for_rerun_without_its_package_or_with_foxglove_s_layout_is_refused(
-    walked: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    short_walk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(view_command, "RERUN_PACKAGE", "no_such_package_of_anybody")
-    assert cli.run(["view", str(walked), "--save", "a.rrd"]) == ExitCode.USAGE
+    assert cli.run(["view", str(short_walk), "--save", "a.rrd"]) == ExitCode.USAGE
     assert "[rerun]" in capsys.readouterr().err
-    words = ["view", str(walked), "--save", "a.rrd", "--layout", "a.json"]
+    words = ["view", str(short_walk), "--save", "a.rrd", "--layout", "a.json"]
     assert cli.run(words) == ExitCode.USAGE
     assert "its own layout" in capsys.readouterr().err
 
@@ -268,12 +260,12 @@ class _WritingClock:
 
 
 def test_live_in_a_terminal_follows_the_log_to_its_end(
-    walked: Path,
+    short_walk: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    data = walked.read_bytes()
+    data = short_walk.read_bytes()
     growing = tmp_path / "runs" / "now.mcap"
     growing.parent.mkdir()
     growing.write_bytes(data[:50_000])
@@ -289,12 +281,12 @@ def test_live_in_a_terminal_follows_the_log_to_its_end(
 
 
 def test_a_log_that_stops_growing_is_told_once(
-    walked: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    short_walk: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from record.log.follow import LogFollower
 
     cut = tmp_path / "cut.mcap"
-    data = walked.read_bytes()
+    data = short_walk.read_bytes()
     cut.write_bytes(data[: len(data) // 2])
 
     class PatienceError(Exception):
@@ -311,11 +303,11 @@ def test_a_log_that_stops_growing_is_told_once(
     assert capsys.readouterr().err.count("has not grown for 5 s") == 1
 
 
-def test_a_recorded_log_is_played_at_its_speed(walked: Path) -> None:
+def test_a_recorded_log_is_played_at_its_speed(short_walk: Path) -> None:
     from record.log.reader import read_stamped_ticks
 
     clock = _WritingClock(b"", Path(os.devnull))
-    stamped = read_stamped_ticks(walked)
+    stamped = read_stamped_ticks(short_walk)
     played = list(log_source.paced(stamped, lambda t: t.unix_ns, clock, 2.0))
     took_ns = (played[-1].unix_ns - played[0].unix_ns) / 2
     assert clock.now_ns() == pytest.approx(took_ns, rel=1e-9)
@@ -385,10 +377,10 @@ def test_a_viewer_on_the_network_is_told_all_topics() -> None:
         view.close()
 
 
-def test_a_log_waits_for_its_viewer_and_is_then_played_to_the_end(walked: Path) -> None:
+def test_a_log_waits_for_its_viewer_and_is_then_played_to_the_end(short_walk: Path) -> None:
     pytest.importorskip("foxglove")
     process = subprocess.Popen(
-        [sys.executable, "-m", "bigant", "view", str(walked), "--port", "0", "--speed", "50"],
+        [sys.executable, "-m", "bigant", "view", str(short_walk), "--port", "0", "--speed", "50"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT,
     )  # fmt: skip
     try:
@@ -414,12 +406,12 @@ def test_a_log_waits_for_its_viewer_and_is_then_played_to_the_end(walked: Path) 
 
 
 def test_the_newest_log_is_no_file_of_a_viewer(
-    walked: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    short_walk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "runs").mkdir()
     first, begun = Path("runs/first.mcap"), Path("runs/begun.mcap")
-    first.write_bytes(walked.read_bytes())
+    first.write_bytes(short_walk.read_bytes())
     for number, library in enumerate(("foxglove-sdk-rust", "bigant odom", "", "x" * 300)):
         path = Path(f"runs/first-view{number}.mcap")
         with path.open("wb") as file:
@@ -435,7 +427,7 @@ def test_the_newest_log_is_no_file_of_a_viewer(
 
 
 def test_wrong_use_is_one_clear_line(
-    walked: Path,
+    short_walk: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -445,9 +437,9 @@ def test_wrong_use_is_one_clear_line(
         (["view"], "name a log"),
         (["view", "--live"], "start bigant drive first"),
         (["view", "absent.mcap", "--terminal"], "cannot be read"),
-        (["view", str(walked), "--headless"], "add --save"),
-        (["view", str(walked), "--save", "x.bag"], "must end in .mcap or .rrd"),
-        (["view", str(walked), "--terminal", "--save", "x.mcap"], "leave out"),
+        (["view", str(short_walk), "--headless"], "add --save"),
+        (["view", str(short_walk), "--save", "x.bag"], "must end in .mcap or .rrd"),
+        (["view", str(short_walk), "--terminal", "--save", "x.mcap"], "leave out"),
     ):
         assert cli.run(words) in {ExitCode.USAGE, ExitCode.LOG}
         printed = capsys.readouterr().err
@@ -456,17 +448,17 @@ def test_wrong_use_is_one_clear_line(
 
 
 def test_without_the_package_the_extra_is_named(
-    walked: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    short_walk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(view_command, "PACKAGE", "no_such_package_of_anybody")
-    assert cli.run(["view", str(walked)]) == ExitCode.USAGE
+    assert cli.run(["view", str(short_walk)]) == ExitCode.USAGE
     printed = capsys.readouterr().err
     assert "[view]" in printed
     assert "docs/view.md" in printed
 
 
-def test_watching_does_not_write_to_the_log(walked: Path, tmp_path: Path) -> None:
-    before = walked.read_bytes()
-    walked.chmod(0o444)
-    assert cli.run(["view", str(walked), "--terminal", "--speed", "1000"]) == ExitCode.OK
-    assert walked.read_bytes() == before
+def test_watching_does_not_write_to_the_log(short_walk: Path, tmp_path: Path) -> None:
+    before = short_walk.read_bytes()
+    short_walk.chmod(0o444)
+    assert cli.run(["view", str(short_walk), "--terminal", "--speed", "1000"]) == ExitCode.OK
+    assert short_walk.read_bytes() == before

@@ -11,8 +11,9 @@ from drivers.ati.packets import UnitCommand, build_command
 from drivers.dynamixel.frames import build_status
 from robot.console.exit_codes import ExitCode
 from sim_hw.faults.kinds import KINDS
-from tests.robot.cli.test_cli import ROOT, SHORT, bigant
+from tests.robot.cli.test_cli import ROOT, bigant
 from tests.robot.sim_serve import Sim
+from tests.walk_logs import SHORT
 
 FORCE_EXAMPLE = str(ROOT / "examples" / "faults_force.toml")
 BOTH = """

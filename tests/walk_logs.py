@@ -1,0 +1,39 @@
+"""Logs of short walks of the virtual robot, made once for all tests and workers; nobody writes to them."""
+
+import os
+from pathlib import Path
+
+import pytest
+from filelock import FileLock
+
+SHORT = ("--duration", "0.3", "--frequency-hz", "0.2")
+CYCLE = ("--cycles", "1", "--frequency-hz", "0.3")
+
+
+def walk_log(factory: pytest.TempPathFactory, words: tuple[str, ...]) -> Path:
+    """Return the log of ``bigant drive --virtual-time`` with these words; the first who asks makes it."""
+    from robot.cli.main import run
+
+    folder = factory.getbasetemp()
+    folder = folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
+    folder = folder / "".join(("walk", *words))
+    folder.mkdir(exist_ok=True)
+    path = folder / "walk.mcap"
+    with FileLock(folder / "lock"):
+        if not path.exists():
+            made = folder / "made.mcap"
+            assert run(["drive", "--virtual-time", *words, "--log", str(made)]) == 0
+            made.rename(path)
+    return path
+
+
+@pytest.fixture(scope="session")
+def short_walk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """It stands up, walks for a third of a second, and stands."""
+    return walk_log(tmp_path_factory, SHORT)
+
+
+@pytest.fixture(scope="session")
+def cycle_walk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """It walks one cycle of the tripod gait."""
+    return walk_log(tmp_path_factory, CYCLE)
