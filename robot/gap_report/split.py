@@ -105,7 +105,7 @@ def split_lines(
     else:
         why = f" ({', '.join(chosen)})" if chosen else ""
         judges = {part.trial for part in held}
-        yield f"fitted to {_files(own, paths)}; kept back to judge{why}: {_files(judges, paths)}"
+        yield f"fitted to {_files(own, paths)}; held out to judge{why}: {_files(judges, paths)}"
     compared = sorted({_rate(part.observation.time_s) for part in (*fitted, *held)})
     logged = sorted({_rate(trial.time_s) for trial in runs.trials})
     yield f"compared at {_span(compared)} Hz; logged at {_span(logged)} Hz"
