@@ -50,8 +50,8 @@ tests: install
 quick: install ## the fast tests only
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m "not slow"
 
-soak: install ## what takes minutes: long versions of tests
-	$(BIN)/python -m pytest -m soak
+soak: install ## long versions of tests: all cases, a hundred thousand poses, properties with many examples
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m soak
 
 constraints: ## write constraints.txt anew (needs uv)
 	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --upgrade \

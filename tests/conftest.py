@@ -16,13 +16,24 @@ from tests.walk_logs import short_walk as short_walk
 one_thread()
 
 # No deadline: how long an example takes depends on what else the computer does.
-settings.register_profile("usual", deadline=None)
-settings.register_profile("soak", deadline=None, max_examples=1000)
+settings.register_profile("usual", deadline=None, max_examples=50)
+settings.register_profile("soak", deadline=None, max_examples=500)
+
+
+def soaking(config: pytest.Config) -> bool:
+    return str(config.option.markexpr) == "soak"
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    words = str(config.option.markexpr)
-    settings.load_profile("soak" if words == "soak" else "usual")
+    settings.load_profile("soak" if soaking(config) else "usual")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Every property is tried again in soak, with more examples."""
+    for item in items if soaking(config) else []:
+        if item.get_closest_marker("hypothesis") is not None:
+            item.add_marker("soak")
 
 
 @pytest.fixture(scope="session", autouse=True)
