@@ -70,7 +70,10 @@ def even_trial(trial: Trial) -> EvenTrial:
     for column, joint in zip(put["command_rad"].T, trial.joints, strict=True):
         known = np.flatnonzero(np.isfinite(column))
         if len(known) == 0:
-            raise GapError(f"command_{joint}_rad is empty; a servo's diagnosis needs its commands")
+            raise GapError(
+                f"command_{joint}_rad is empty: map the column of its goals (bigant import --map); an MJCF "
+                "machine does with torque or current alone"
+            )
         before = np.searchsorted(known, np.arange(len(column)), side="right") - 1
         column[:] = column[known[np.fmax(before, 0)]]
     time_s = at_s - at_s[0]
