@@ -1,58 +1,26 @@
 """Whether there is a gap above what references show, and what size of a cause would have shown.
 
-Energies of the trials are compared with those of references by Student's t. The size that would have shown
-comes from a null of synthetic runs: each reference in units of what the others predict is cut into
-blocks, blocks are laid over the trials with random signs, and the largest first-order gain of any candidate
-on them (all weights 1, no bounds) is what a cause must exceed.
+Two tests share the level: the best candidate's size (``gap.search.healthy_search``), and the energies of
+the trials against those of references, whatever the candidates. Each reference held out shows what their
+chances are worth (``gap.residuals.held_out``).
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
-from gap.interfaces import Channel
+from gap.constants import CHANNELS_APART, FALSE_ALARMS, LEAST_SCATTER
 from gap.residuals.evidence import Evidence, mean_energy
-from gap.residuals.floor import make_floor
-from gap.residuals.parts import RunCondition, TrialPart, block_starts
-from gap.residuals.whitening import Whitener, make_whitener
-from gap.search.screen import Signature, Signatures, plain_gains
-from model.values.arrays import FloatArray, IntArray
+from gap.residuals.healthy import Healthy
+from gap.residuals.held_out import HeldOutChances, leave_each_out, promised
+from gap.search.healthy_search import HealthySearch
+from gap.search.options import CAUSE_LEVEL, WORTH_NATS
+from gap.search.screen import Signatures
+from model.values.arrays import FloatArray
 
-BATCHES = (50, 50, 50, 49)  # synthetic sets, so many at a time
-# As a cause must stand out (gap.search.selection.CAUSE_LEVEL) in one of three tests.
-GAP_LEVEL = 0.003
-TESTS = 3
-SAME_CONDITION, NEW_FREQUENCY, NEW_GAIT = 0, 1, 2  # how far two conditions are apart
-SAME_FREQUENCY = 0.08  # natural log
-FEWEST_OTHERS = 2
-CHANNELS_APART = 6  # channels of one run that count as independent when their scatter is pooled
-LEAST_SCATTER = 0.05  # of a mean logarithm between runs
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Healthy:
-    """One reference in units of what the others predict.
-
-    Attributes:
-        whitener: The map into these units.
-        residual: Whitened, (F, C).
-        excess: Energy over expectation of each channel, (C,); NaN where unused.
-        blocks: First frame of each block.
-    """
-
-    part: TrialPart
-    whitener: Whitener
-    residual: FloatArray
-    excess: FloatArray
-    blocks: IntArray
-
-    def scaled(self, factor: FloatArray) -> "Healthy":
-        """Return it in units of an expectation whose variance is ``factor``, (C,), times as large."""
-        whitener = replace(self.whitener, gain=self.whitener.gain / np.sqrt(factor))
-        residual, excess = self.residual / np.sqrt(factor), self.excess / factor
-        return replace(self, whitener=whitener, residual=residual, excess=excess)
+TESTS = 2  # the best candidate's size, and energies
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,125 +56,39 @@ class Detection:
     Attributes:
         p: Chance of so much without one; NaN without references.
         p_cause: The same by the best candidate alone, among all that were tried.
-        p_energy: By the mean energy alone.
-        p_channel: By the worst channel alone.
-        threshold: Gain [nats] that no candidate exceeds on healthy runs; sizes that would have shown are
-            computed from it.
+        p_energy: By energies alone: the mean over channels, or the worst channel.
+        promised: False alarms that these references can promise at most, as a share of healthy cases.
+        references: How many there are.
     """
 
     each: bool
     p: float
     p_cause: float
     p_energy: float
-    p_channel: float
-    threshold: float
+    promised: float
+    references: int
 
     @property
     def by_energy(self) -> bool:
         """Whether energies alone show a gap, whatever the candidates."""
-        return TESTS * min(self.p_energy, self.p_channel) < GAP_LEVEL
+        return TESTS * self.p_energy < FALSE_ALARMS
 
 
-def healthy_runs(
-    channels: Sequence[Channel],
-    references: Sequence[tuple[TrialPart, FloatArray]],
-    conditions: Sequence[RunCondition] = (),
-) -> tuple[Healthy, ...]:
-    """Compare each reference with others that are as far from it as they are from the trials.
-
-    Where a trial has a gait or a frequency that no reference has, each reference is predicted by those of
-    other gaits or frequencies alone: so what is not known there is measured and not assumed.
-
-    Args:
-        channels: C of them.
-        references: Each with measured minus predicted, (F, C).
-        conditions: Those of the trials.
-    """
-    if len(references) < 2:
-        return ()
-    own = [part.condition for part, _ in references]
-    distance = max((_distance(one, own) for one in conditions), default=SAME_CONDITION)
-    each = []
-    for i, (part, error) in enumerate(references):
-        others = [
-            r for k, r in enumerate(references) if k != i and _apart(own[i], own[k]) >= distance
-        ]
-        if len(others) < FEWEST_OTHERS:
-            others = [*references[:i], *references[i + 1 :]]
-        floor = make_floor(channels, others, ())
-        base = np.where(np.isfinite(error), 0.0, np.nan)
-        whitener = make_whitener(part, floor, base)
-        residual = whitener.whiten(error)
-        excess = mean_energy((residual**2).sum(axis=0), whitener.count.sum(axis=0))
-        each.append(Healthy(part, whitener, residual, excess, block_starts(part.observation)))
-    return tuple(each)
-
-
-def _apart(a: RunCondition, b: RunCondition) -> int:
-    """How far two conditions are apart: the same, another frequency, another gait."""
-    if a.gait != b.gait:
-        return NEW_GAIT
-    return SAME_CONDITION if abs(a.log_ratio(b)) < SAME_FREQUENCY else NEW_FREQUENCY
-
-
-def _distance(one: RunCondition, known: Sequence[RunCondition]) -> int:
-    return min(_apart(one, other) for other in known)
-
-
-def detect(
-    evidence: Evidence,
-    signatures: Signatures,
-    healthy: Sequence[Healthy],
-    p_cause: float,
-    seed: int,
-) -> Detection:
+def detect(evidence: Evidence, healthy: Sequence[Healthy], p_cause: float) -> Detection:
     """Decide with references.
 
     ``p_cause`` is the chance that a healthy machine shows any candidate as large as the best one.
     """
-    rng = np.random.default_rng(seed)
-    edges = [np.append(block_starts(p.observation), p.frames) for p in evidence.parts]
-    null = np.concatenate([
-        plain_gains(
-            signatures,
-            np.array([_synthetic(evidence, edges, healthy, rng).ravel() for _ in range(size)]),
-        )
-        for size in BATCHES
-    ])  # fmt: skip
-    p_energy, p_channel = energies(evidence, evidence.base, healthy)
-    p = min(1.0, TESTS * min(p_cause, p_energy, p_channel))
-    threshold = float(np.quantile(null, 1 - GAP_LEVEL / TESTS))
-    return Detection(p < GAP_LEVEL, p, p_cause, p_energy, p_channel, threshold)
+    p_energy = chance_of_energies(evidence, evidence.base, healthy)
+    p = min(1.0, TESTS * min(p_cause, p_energy))
+    rate = promised(FALSE_ALARMS, len(healthy))
+    return Detection(p < FALSE_ALARMS, p, p_cause, p_energy, rate, len(healthy))
 
 
-def _synthetic(
-    evidence: Evidence,
-    edges: Sequence[IntArray],
-    healthy: Sequence[Healthy],
-    rng: np.random.Generator,
-) -> FloatArray:
-    """Lay blocks of references over the trials, (F, C)."""
-    rows = []
-    for part, whitener, at in zip(evidence.parts, evidence.whiteners, edges, strict=True):
-        same = [one for one in healthy if one.part.gait == part.gait]
-        choice = same or list(healthy)
-        source = choice[int(rng.integers(len(choice)))]
-        sign = 1.0 if rng.random() < 0.5 else -1.0
-        starts = source.blocks
-        ends = np.append(starts[1:], source.part.frames)
-        picks = rng.integers(len(starts), size=len(at) - 1)
-        frames = np.empty(part.frames, dtype=np.int64)
-        for block, first, last in zip(picks, at[:-1], at[1:], strict=True):
-            size, count = ends[block] - starts[block], last - first
-            frames[first:last] = starts[block] + np.arange(count) * size // count
-        rows.append(sign * source.residual[frames] * (whitener.gain > 0))
-    return np.concatenate(rows)
-
-
-def energies(
+def chance_of_energies(
     evidence: Evidence, residual: FloatArray, healthy: Sequence[Healthy]
-) -> tuple[float, float]:
-    """Chance of the mean energy and of the worst channel's, by Student's t over references.
+) -> float:
+    """Return the chance of so much energy in a healthy machine, in the mean or in the worst channel.
 
     The residual of the trials is whitened, (F, C), with or without causes.
     """
@@ -216,41 +98,59 @@ def energies(
         [mean_energy(energy[on].sum(axis=0), evidence.count[on].sum(axis=0)) for on in blocks]
     )
     runs = np.array([one.excess for one in healthy])
+    held_out = [
+        _energy_chance(runs[[held]], runs[list(others)])
+        for held, others in leave_each_out(len(runs))
+    ]
+    return HeldOutChances(tuple(held_out)).calibrated(_energy_chance(trials, runs))
+
+
+def _energy_chance(trials: FloatArray, runs: FloatArray) -> float:
+    """Chance of the energies of M trials, (M, C), by Student's t over N runs, (N, C)."""
     trial_logs, run_logs = np.log(trials + 1e-9), np.log(runs + 1e-9)
     n, m = len(run_logs), len(trial_logs)
     known = np.isfinite(trial_logs).all(axis=0) & np.isfinite(run_logs).all(axis=0)
     if not known.any() or n < 2:
-        return 1.0, 1.0
+        return 1.0
     trial_logs, run_logs = trial_logs[:, known], run_logs[:, known]
     mean = run_logs.mean(axis=1)
     scatter = max(float(mean.std(ddof=1)), LEAST_SCATTER)
     t = (trial_logs.mean() - mean.mean()) / (scatter * np.sqrt(1 / n + 1 / m))
-    p_energy = float(stats.t.sf(t, n - 1))
+    p_mean = float(stats.t.sf(t, n - 1))
     centred = run_logs - run_logs.mean(axis=0)
     width = max(float(np.sqrt((centred**2).sum() / (centred.size - known.sum()))), LEAST_SCATTER)
     worst = float(np.max(trial_logs.mean(axis=0) - run_logs.mean(axis=0)))
     free = (n - 1) * min(int(known.sum()), CHANNELS_APART)
     p_channel = float(stats.t.sf(worst / (width * np.sqrt(1 / n + 1 / m)), free))
-    return p_energy, min(1.0, p_channel * int(known.sum()))
+    return min(1.0, 2 * min(p_mean, p_channel * int(known.sum())))
 
 
-def detectable(signatures: Signatures, threshold: float) -> tuple[Detectable, ...]:
-    """Return the smallest size of each effect's parameters that would have shown, at its blindest joint."""
+def detectable(
+    signatures: Signatures, search: HealthySearch | None, trials: int
+) -> tuple[Detectable, ...]:
+    """Return the smallest size of each effect's parameters that would have shown, at its blindest joint.
+
+    Sizes are to first order, by the rule that names causes: beyond the noise of the trials and, where
+    references were searched, beyond their scatter. There are so many trials to fit to.
+    """
+    beyond_noise = np.sqrt(2.0 * (WORTH_NATS + 1.0))
+    spreads: dict[int, float] = {}
+    for one in signatures.each:
+        for row in one.rows if one.offset < 0 else ():
+            energy = float(signatures.matrix[row] @ signatures.matrix[row])
+            spreads[row] = beyond_noise / np.sqrt(energy)
+    if search is not None:
+        for one, place, size in search.visible_sizes(CAUSE_LEVEL, trials):
+            spreads[one.rows[place]] = max(spreads[one.rows[place]], size)
     worst: dict[tuple[str, str], Detectable] = {}
     for one in signatures.each:
-        for size in _sizes(one, signatures, max(threshold, 2.0)):
-            key = (size.effect, size.parameter)
-            if key not in worst or size.size > worst[key].size:
-                worst[key] = size
+        for i, row in zip(one.live, one.rows, strict=True):
+            if row not in spreads:
+                continue
+            name, p = one.candidate.effect.name, one.candidate.effect.parameters[i]
+            size = p.spread * spreads[row]
+            if (name, p.name) not in worst or size > worst[name, p.name].size:
+                worst[name, p.name] = Detectable(
+                    name, p.name, size, p.unit, p.neutral, p.lower, p.upper
+                )
     return tuple(worst[key] for key in sorted(worst))
-
-
-def _sizes(one: Signature, signatures: Signatures, threshold: float) -> Iterator[Detectable]:
-    if one.offset >= 0:
-        return
-    for i, row in zip(one.live, one.rows, strict=True):
-        energy = float(signatures.matrix[row] @ signatures.matrix[row])
-        p = one.candidate.effect.parameters[i]
-        size = p.spread * float(np.sqrt(2 * threshold / energy))
-        name = one.candidate.effect.name
-        yield Detectable(name, p.name, size, p.unit, p.neutral, p.lower, p.upper)

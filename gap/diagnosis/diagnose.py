@@ -2,29 +2,30 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from dataclasses import dataclass
 
 import numpy as np
 
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
 from gap.diagnosis.baselines import baselines
 from gap.diagnosis.commissioning import commission
-from gap.diagnosis.detection import Detection, Healthy, detect, detectable, energies
-from gap.diagnosis.findings import Diagnosis, TrialFaults, Verdict
-from gap.diagnosis.how_far import how_far
-from gap.diagnosis.probability import Fit, chances, none_of_them
+from gap.diagnosis.comparison import Comparison, compare
+from gap.diagnosis.detection import Detection, chance_of_energies, detect, detectable
+from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
+from gap.diagnosis.held_out import drop_worse
+from gap.diagnosis.how_far import HowFar
+from gap.diagnosis.probability import Fit, RivalCause, chances, none_of_them
 from gap.diagnosis.study import FEWEST_REFERENCES, Study, make_study
 from gap.diagnosis.verdict import gap_exists, named_causes, verdict_of, warnings_of
 from gap.diagnosis.where import where
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
 from gap.interfaces import Cause, Drive, Proposal, Simulator
-from gap.residuals.evidence import Evidence
-from gap.search.candidates import Candidate, candidates_of
+from gap.search.candidates import Candidate
 from gap.search.cross_validation import unseen_residual
+from gap.search.look import Selection
 from gap.search.options import nats_beyond
-from gap.search.screen import make_signatures
-from gap.search.selection import Selection, closed_share, select
-from model.errors import GapError
+from gap.search.selection import closed_share, select
 from record.trial.trial import Trial
 
 Progress = Callable[[str, float], None]
@@ -81,100 +82,121 @@ def diagnose_study(
         GapError: Nothing can be compared.
     """
     progress("checking the data", 0.0)
-    checked = [study.simulator.check(one) for one in study.predictor.trials]
-    faults = tuple(TrialFaults(i, own) for i, own in enumerate(checked) if own)
-
-    # what healthy runs show already, and what is expected beside it
-    local = study.local
-    if standing is None and len(study.references) >= FEWEST_REFERENCES:
-        progress("baseline model errors", 0.08)
-        standing = commission(study)
-    study = study.with_standing(standing or ())
+    faults = _data_faults(study)
+    study = _commissioned(study, standing, progress)
     progress("measuring the baseline", 0.12)
-    evidence = study.evidence(local) if study.references else study.loose_evidence(local)
-    if not (evidence.count > 0).any():
-        raise GapError("no measured channel can be compared with the simulator; check the columns")
-    end_to_end, held = study.evidence(Drive.COMMAND), study.held_evidence()
-    healthy = study.healthy_evidence(local)
-
-    # which causes
-    candidates = candidates_of(study.simulator, study.predictor.standing)
-    signatures = make_signatures(
-        evidence, candidates, (), lambda share: progress("effects one by one", 0.15 + 0.3 * share)
-    )
+    comparison = compare(study, lambda share: progress("effects one by one", 0.15 + 0.3 * share))
     selection = select(
-        evidence, candidates, signatures,
-        lambda share: progress("which effects", 0.45 + 0.27 * share), healthy,
+        comparison.evidence, comparison.candidates, comparison.signatures,
+        lambda share: progress("which effects", 0.45 + 0.27 * share), comparison.known,
     )  # fmt: skip
-
-    # is there a gap, and is it explained
-    progress("is there a gap", 0.72)
-    runs = study.healthy_runs(local)
-    detection: Detection | None = None
-    if healthy is not None:
-        detection = detect(evidence, signatures, runs, selection.p, seed)
-    fit = _fit(evidence, selection, healthy, runs if detection else ())
-    exists = gap_exists(evidence, detection, selection)
-    referenced = bool(study.references)
-    none = none_of_them(fit, len(selection.steps), referenced) if exists else 0.0
-    shared = chances(selection, evidence.block_part, none, fit.nats_after)
-    rivals = open_rivals(evidence, selection, [own for _, own in shared], fit.nats_after)
-    verdict = verdict_of(exists, selection, none, bool(rivals))
-
-    # how far it shrinks, and where it lies
-    progress("how far it shrinks", 0.73)
-    far = how_far(held, selection.fitted.causes, seed)
+    progress("how far it shrinks", 0.72)
+    selection, far = drop_worse(comparison, selection, seed)
     progress("where it lies", 0.74)
-    before = where(evidence, end_to_end, evidence.base, seed)
-    named = named_causes(evidence, selection, [one for one, _ in shared], far, healthy)
-    stage = named[0].stage if named else before.stage
-
-    # what to run next
+    answer = _answer(comparison, selection, far)
     progress("what to run next", NEXT_FROM)
-    runs_next = _next_runs(study, selection, rivals, proposer, progress) if rivals else ()
-    diagnosis = Diagnosis(
-        simulator=study.simulator.name,
-        verdict=verdict,
-        stage="" if verdict is Verdict.NO_GAP else stage,
-        data_faults=faults,
-        standing=study.predictor.standing,
-        floor_source=study.floor(local).source,
-        detection=detection,
-        causes=named,
-        rivals=tuple(rival for _, own in shared for rival in own),
-        ambiguous=rivals,
-        none=none,
-        fit=fit,
-        where=before,
-        remaining=where(evidence, end_to_end, selection.fitted.residual, seed),
-        far=far,
-        fitted_trials=tuple(sorted({part.trial for part in study.fitted})),
-        held_out_trials=tuple(sorted({part.trial for part in study.held})),
-        baselines=baselines(evidence, signatures),
-        detectable=detectable(signatures, detection.threshold if detection else 0.0),
-        next=runs_next,
-        warnings=tuple(warnings_of(study, faults, len(evidence.starts), named)),
-        predictions=study.predictor.count,
-        seed=seed,
-    )
+    runs = _next_runs(comparison.study, selection, answer.ambiguous, proposer, progress)
+    diagnosis = _diagnosis(comparison, selection, far, answer, faults, runs, seed)
     progress("done", 1.0)
     return diagnosis
 
 
-def _fit(
-    evidence: Evidence,
-    selection: Selection,
-    healthy: Evidence | None,
-    runs: Sequence[Healthy],
-) -> Fit:
+@dataclass(frozen=True, slots=True)
+class _Answer:
+    """Is there a gap, what explains it, and what else could."""
+
+    verdict: Verdict
+    detection: Detection | None
+    named: tuple[NamedCause, ...]
+    rivals: tuple[RivalCause, ...]
+    ambiguous: tuple[OpenRival, ...]
+    none: float
+    fit: Fit
+
+
+def _data_faults(study: Study) -> tuple[TrialFaults, ...]:
+    checked = [study.simulator.check(one) for one in study.predictor.trials]
+    return tuple(TrialFaults(i, own) for i, own in enumerate(checked) if own)
+
+
+def _commissioned(study: Study, standing: tuple[Cause, ...] | None, progress: Progress) -> Study:
+    """Add to every prediction what healthy runs show already."""
+    if standing is None and len(study.references) >= FEWEST_REFERENCES:
+        progress("baseline model errors", 0.08)
+        standing = commission(study)
+    return study.with_standing(standing or ())
+
+
+def _answer(comparison: Comparison, selection: Selection, far: HowFar) -> _Answer:
+    """Decide whether there is a gap, and whether it is explained."""
+    evidence, known = comparison.evidence, comparison.known
+    detection = detect(evidence, comparison.runs, selection.p) if known else None
+    exists = gap_exists(evidence, detection, selection)
+    fit = _fit(comparison, selection)
+    none = none_of_them(fit, len(selection.steps), bool(comparison.study.references))
+    none = none if exists else 0.0
+    shared = chances(selection, evidence.block_part, none, fit.nats_after)
+    ambiguous = open_rivals(evidence, selection, [own for _, own in shared], fit.nats_after)
+    named = named_causes(evidence, selection, [one for one, _ in shared], far, comparison.healthy)
+    return _Answer(
+        verdict_of(exists, named, none, bool(ambiguous)),
+        detection,
+        named,
+        tuple(rival for _, own in shared for rival in own),
+        ambiguous,
+        none,
+        fit,
+    )
+
+
+def _fit(comparison: Comparison, selection: Selection) -> Fit:
     """What the causes explain, each block under the fit without its fold."""
+    evidence = comparison.evidence
     unseen = unseen_residual(evidence, selection.fitted)
+    runs = comparison.runs
     return Fit(
         closed=closed_share(evidence, unseen),
         excess_after=evidence.mean_excess(unseen),
         worst_after=float(np.nanmax(evidence.excess(unseen))),
-        p_after=min(energies(evidence, unseen, runs)) if runs else 0.0,
-        nats_after=max(0.0, nats_beyond(evidence, selection.unseen, healthy)),
+        p_after=chance_of_energies(evidence, unseen, runs) if runs else 0.0,
+        nats_after=max(0.0, nats_beyond(evidence, selection.unseen, comparison.healthy)),
+    )
+
+
+def _diagnosis(
+    comparison: Comparison, selection: Selection, far: HowFar, answer: _Answer,
+    faults: tuple[TrialFaults, ...], runs: tuple[NextRun, ...], seed: int,
+) -> Diagnosis:  # fmt: skip
+    """Put together what is reported."""
+    study, evidence, known = comparison.study, comparison.evidence, comparison.known
+    before = where(evidence, comparison.end_to_end, evidence.base, seed)
+    stage = answer.named[0].stage if answer.named else before.stage
+    return Diagnosis(
+        simulator=study.simulator.name,
+        verdict=answer.verdict,
+        stage="" if answer.verdict is Verdict.NO_GAP else stage,
+        data_faults=faults,
+        standing=study.predictor.standing,
+        floor_source=study.floor(study.local).source,
+        detection=answer.detection,
+        causes=answer.named,
+        rivals=answer.rivals,
+        ambiguous=answer.ambiguous,
+        none=answer.none,
+        fit=answer.fit,
+        where=before,
+        remaining=where(evidence, comparison.end_to_end, selection.fitted.residual, seed),
+        far=far,
+        fitted_trials=tuple(sorted({part.trial for part in study.fitted})),
+        held_out_trials=tuple(sorted({part.trial for part in study.held})),
+        baselines=baselines(evidence, comparison.signatures),
+        detectable=detectable(
+            comparison.signatures, known.search if known else None, len(study.fitted)
+        ),
+        next=runs,
+        warnings=tuple(warnings_of(study, faults, len(evidence.starts), answer.named)),
+        predictions=study.predictor.count,
+        seed=seed,
     )
 
 
@@ -186,7 +208,7 @@ def _next_runs(
     progress: Progress,
 ) -> tuple[NextRun, ...]:
     """Rank the runs that discriminate between the named causes and each open rival in place of one."""
-    proposals = proposer() if proposer is not None else ()
+    proposals = proposer() if rivals and proposer is not None else ()
     if not proposals:
         return ()
     simulator, floor = study.simulator, study.floor(Drive.COMMAND)

@@ -161,7 +161,8 @@ class Diagnosis:
         if np.isfinite(far.shrink):
             added = "it" if len(self.causes) == 1 else "them"
             shrunk = f"; adding {added} closes {percent_words(far.shrink)} of the gap"
-            shrunk += f" [{percent_words(far.low)}, {percent_words(far.high)}] on {self.kept_back}"
+            within = f"{percent_words(far.low)}, {percent_words(far.high)}"
+            shrunk += f" [{within}] on {self.held_out}"
         names = " and ".join(one.words for one in self.causes)
         if self.verdict is Verdict.EXPLAINED:
             return f"The simulator lacks {names}{shrunk}."
@@ -187,9 +188,18 @@ class Diagnosis:
         return ", and not ".join(f"{of} from {' or '.join(own)}" for of, own in rivals.items())
 
     @property
-    def kept_back(self) -> str:
+    def held_out(self) -> str:
         """What was held out to judge, in words."""
         shared = set(self.fitted_trials) & set(self.held_out_trials)
         if not shared:
-            return "runs kept back"
+            runs = self.far.runs
+            return "a held-out run" if runs == 1 else f"{runs} held-out runs"
         return "the last third of the run" if len(shared) == 1 else "the last third of each run"
+
+    @property
+    def interval_words(self) -> str:
+        """What an interval over held-out data is over."""
+        if self.far.over_runs and not set(self.fitted_trials) & set(self.held_out_trials):
+            return f"interval over {self.far.runs} held-out runs"
+        runs = "one held-out run" if self.far.runs == 1 else f"{self.far.runs} held-out runs"
+        return f"interval over the cycles of {runs}; no interval over runs"

@@ -1,13 +1,17 @@
-"""How far the gap shrinks on trials that no fit and no selection has seen.
+"""How far the gap shrinks on held-out trials, that no fit has seen.
 
-End to end (``Drive.COMMAND``), with what references predict subtracted, in units of the floor.
+End to end (``Drive.COMMAND``), with what references predict subtracted, in units of the floor. The interval
+is over held-out runs where there are several: what differs between runs shows in runs only. Of one or two
+it is over their cycles, and says so.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
+from scipy import stats
 
+from gap.constants import HELD_OUT_WORSE
 from gap.interfaces import Cause, Channel
 from gap.residuals.evidence import Evidence
 from model.values.arrays import BoolArray, FloatArray
@@ -15,6 +19,8 @@ from model.values.arrays import BoolArray, FloatArray
 DRAWS = 400
 TRACES = 4
 TRACE_POINTS = 400
+FEWEST_RUNS = 3  # from which an interval is over runs
+FEWEST_BLOCKS = 4  # from which a difference between two sets of causes has a scatter
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,10 +76,12 @@ class HowFar:
         before: RMS over all channels in units of the floor.
         after: The same with the causes added.
         shrink: Share of the gap's energy above the floor that is closed; NaN if there is no gap to close.
-        low: Lower end of its 95 % interval, over blocks.
+        low: Lower end of its 95 % interval.
+        runs: How many runs were held out.
         explainable: Share of the energy before that is above the floor.
         alone: What each cause closes by itself.
         last: What each cause adds to the others.
+        worse: Whether the others predict held-out runs clearly better without it.
         channels: Every channel that was compared.
         traces: The channels that changed most.
     """
@@ -83,11 +91,18 @@ class HowFar:
     shrink: float
     low: float
     high: float
+    runs: int
     explainable: float
     alone: tuple[float, ...]
     last: tuple[float, ...]
+    worse: tuple[bool, ...]
     channels: tuple[ChannelShrink, ...]
     traces: tuple[Trace, ...]
+
+    @property
+    def over_runs(self) -> bool:
+        """Whether the interval is over runs, and not over the cycles of one or two."""
+        return self.runs >= FEWEST_RUNS
 
 
 def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
@@ -98,7 +113,7 @@ def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
     energies = [_energy(held, one) for one in predicted]
     weight = held.per_block(np.concatenate([(w.gain > 0) * 1.0 for w in held.whiteners]))
     before, after = energies[0], energies[1]
-    value, low, high = _shrink(before, after, weight, seed)
+    value, low, high = _shrink(held, before, after, weight, seed)
     n = len(causes)
     closed = [_shrunk(before, one, weight) for one in energies[2 : 2 + n]]
     last = [
@@ -111,9 +126,11 @@ def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
         shrink=value,
         low=low,
         high=high,
+        runs=len(held.parts),
         explainable=max(0.0, 1.0 - 1.0 / mean) if mean > 0 else 0.0,
         alone=tuple(closed),
         last=tuple(last),
+        worse=tuple(_clearly_more(after - one, weight) for one in energies[2 + n :]),
         channels=_channels(held, before, after, weight, seed),
         traces=_traces(held, predicted, before, after),
     )
@@ -143,7 +160,7 @@ def _shrunk(before: FloatArray, after: FloatArray, weight: FloatArray) -> float:
 
 
 def _shrink(
-    before: FloatArray, after: FloatArray, weight: FloatArray, seed: int
+    held: Evidence, before: FloatArray, after: FloatArray, weight: FloatArray, seed: int
 ) -> tuple[float, float, float]:
     """Value and 95 % interval; NaN where the gap before is not surely above the floor."""
     rng = np.random.default_rng(seed)
@@ -155,8 +172,27 @@ def _shrink(
         draws.append(_shrunk(before[pick], after[pick], weight[pick]))
     if np.quantile(gaps, 0.025) <= 0.0:
         return np.nan, np.nan, np.nan
-    low, high = np.quantile(draws, [0.025, 0.975])
-    return _shrunk(before, after, weight), float(low), float(high)
+    value, runs = _shrunk(before, after, weight), len(held.parts)
+    if runs < FEWEST_RUNS:
+        low, high = np.quantile(draws, [0.025, 0.975])
+        return value, float(low), float(high)
+    # the jackknife over runs (Efron and Stein 1981, DOI 10.1214/aos/1176345462)
+    without = [held.block_part != run for run in range(runs)]
+    left = np.array([_shrunk(before[on], after[on], weight[on]) for on in without])
+    error = np.sqrt((runs - 1) / runs * np.nansum((left - np.nanmean(left)) ** 2))
+    reach = float(stats.t.ppf(0.975, runs - 1) * error)
+    return value, value - reach, min(value + reach, 1.0)
+
+
+def _clearly_more(extra: FloatArray, weight: FloatArray) -> bool:
+    """Whether energy that is added, (B, C), is more than its scatter over blocks."""
+    frames = np.fmax(weight, 1.0)
+    on = weight.sum(axis=0) > 0
+    each = np.where(weight > 0, extra / frames, 0.0)[:, on].mean(axis=1)
+    if len(each) < FEWEST_BLOCKS:
+        return False
+    error = float(each.std(ddof=1) / np.sqrt(len(each)))
+    return float(each.mean()) > HELD_OUT_WORSE * max(error, 1e-12)
 
 
 def _channels(

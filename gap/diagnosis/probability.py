@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from gap.search.cross_validation import advantage
-from gap.search.selection import Selection
+from gap.search.look import Selection
 from model.values.arrays import IntArray
 
 TEMPERATURE = 2.0  # nats that count as one

@@ -11,10 +11,10 @@ from functools import cached_property
 
 import numpy as np
 
-from gap.diagnosis.detection import Healthy, healthy_runs
 from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
 from gap.residuals.floor import Floor, make_floor, rms
+from gap.residuals.healthy import Healthy, healthy_runs
 from gap.residuals.hold_out import HoldOut
 from gap.residuals.parts import TrialPart, split, whole_parts
 from gap.residuals.predictions import Predictor

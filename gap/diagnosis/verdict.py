@@ -10,7 +10,7 @@ from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.study import FEWEST_REFERENCES, Study
 from gap.interfaces import Cause, Effect, place_words
 from gap.residuals.evidence import Evidence
-from gap.search.selection import Selection
+from gap.search.look import Selection
 from gap.search.standard_errors import standard_errors
 from model.values.arrays import FloatArray
 
@@ -31,11 +31,12 @@ def gap_exists(evidence: Evidence, detection: Detection | None, selection: Selec
     return bool(np.any(excess > limit))
 
 
-def verdict_of(exists: bool, selection: Selection, none: float, ambiguous: bool) -> Verdict:
-    """Choose among the four."""
+def verdict_of(exists: bool, named: Sequence[NamedCause], none: float, ambiguous: bool) -> Verdict:
+    """Choose among the four; a cause on a bound of its values explains nothing."""
     if not exists:
         return Verdict.NO_GAP
-    if not selection.steps or none > NONE_LIKELY:
+    on_bound = any(value.on_bound for one in named for value in one.values)
+    if not named or none > NONE_LIKELY or on_bound:
         return Verdict.UNEXPLAINED
     return Verdict.AMBIGUOUS if ambiguous else Verdict.EXPLAINED
 

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from gap.constants import NO_ANSWER
 from gap.interfaces import Cause, Drive, reach_of
 from gap.residuals.floor import Floor
 from gap.residuals.parts import TrialPart, block_starts, folds_of
@@ -86,7 +87,7 @@ class Evidence(Misfit):
         ]
 
     def residuals(self, sets: Sequence[tuple[Cause, ...]]) -> list[FloatArray]:
-        """Whitened residual with each set of causes, (F, C); where one has no answer, the base's."""
+        """Whitened residual with each set of causes, (F, C); where one has no answer, it pays for that."""
         out = []
         for predicted in self.predictions(sets):
             rows = []
@@ -94,10 +95,16 @@ class Evidence(Misfit):
                 error = part.observation.values - one
                 lost = ~np.isfinite(one) & (whitener.gain > 0)
                 if lost.any():
-                    error = np.where(lost, part.observation.values - self._standing(part), error)
+                    before = part.observation.values - self._standing(part)
+                    error = np.where(lost, before + self._cost_of_none(before, whitener), error)
                 rows.append(whitener.whiten(error))
             out.append(np.concatenate(rows))
         return out
+
+    def _cost_of_none(self, before: FloatArray, whitener: Whitener) -> FloatArray:
+        """What is added to the error of the simulator as it stands where a candidate broke it, (F, C)."""
+        away = np.where(before >= whitener.expected, 1.0, -1.0)
+        return np.asarray(away * NO_ANSWER * self.floor.sigma)
 
     def _standing(self, part: TrialPart) -> FloatArray:
         return part.cut(self.predictor.predict([PredictionRequest(part.trial, (), self.drive)])[0])

@@ -3,26 +3,39 @@
 Friction, springs and loads of a machine differ a little from day to day, alike through all of a run;
 blocks of a run cannot show that, only runs can. So the fitted cause is fitted again, by its amplitude
 alone, to each run: 1 in the trials if it is right, about 0 in references, each predicted by the others.
-The two are compared by Student's t over runs. Its scatter is pooled over the joints at which the effect
-could act, and steadied by what the noise lets expect (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3).
+The two are compared by an F test over runs, two-sided and with one degree of freedom a parameter, because
+the trials chose the direction. Scatter is pooled over the joints at which the effect could act only as far
+as these scatter alike: their variances are one draw each of a distribution whose width is estimated
+(Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3, section 6.2). Few joints show that width badly, so with a
+small probability the joint is taken to be like no other, and its own runs alone have the say.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
+from scipy import optimize, special, stats
 
+from gap.constants import JOINT_UNLIKE, JOINTS_DIFFER, JOINTS_DIFFER_WORTH
 from gap.interfaces import Cause, places_for
 from gap.residuals.evidence import Evidence
 from gap.search.fit import Fitted
 from model.values.arrays import FloatArray
 
-STEADY = 4.0  # degrees of freedom that the scatter from noise alone is worth
+MOST_FREE = 1e6  # degrees of freedom that count as a variance that is known
+FEWEST_SIZES = 2  # of a joint's references, from which they have a scatter
+
+
+@dataclass(frozen=True, slots=True)
+class Scatter:
+    """Variance of one run, and the degrees of freedom that it is known with."""
+
+    variance: float
+    free: float
 
 
 def chance_healthy(evidence: Evidence, healthy: Evidence, fitted: Fitted, added: Cause) -> float:
-    """Return the one-sided chance of so large a cause in a healthy machine, for this one candidate.
+    """Return the chance of so large a cause in a healthy machine, for this one candidate.
 
     References are whitened by what others predict; the fit has all causes, ``added`` among them.
     """
@@ -35,15 +48,85 @@ def chance_healthy(evidence: Evidence, healthy: Evidence, fitted: Fitted, added:
     places = [(place,) for place in places_for(effect, simulator)] if single else [added.joints]
     order = [added.joints, *(place for place in places if place != added.joints)]
     sizes = sizes_in_references(healthy, [replace(added, joints=place) for place in order])
-    known, noise = sizes[0]
-    square, free = scatter([seen, *(values for values, _ in sizes)])
-    steady = float(np.mean(noise)) if len(noise) else 0.0
-    variance = (square + STEADY * steady) / (free + STEADY)
-    n, m = max(len(known), 1), len(seen)
+    known, *others = (values for values, _ in sizes)
+    return chance_of(seen, known, others, len(added.values))
+
+
+def chance_of(
+    seen: FloatArray, known: FloatArray, others: Sequence[FloatArray], parameters: int
+) -> float:
+    """Return the chance of the mean of sizes seen, if they were as those that are known.
+
+    Args:
+        seen: Sizes in the trials, (M,).
+        known: In references, (N,); 0 is expected where there are none.
+        others: In references at each of the other joints at which the effect could act.
+        parameters: Of the cause; none counts as one.
+    """
     mean = float(known.mean()) if len(known) else 0.0
-    error = np.sqrt(variance * (1 / n + 1 / m))
-    t = (float(seen.mean()) - mean) / max(error, 1e-12)
-    return float(stats.t.sf(t, free + STEADY))
+    ahead = float(seen.mean()) - mean
+    if ahead <= 0.0:
+        return 1.0
+    runs, directions = 1 / max(len(known), 1) + 1 / len(seen), max(parameters, 1)
+
+    def chance(one: Scatter) -> float:
+        if one.free <= 0.0:
+            return 1.0
+        f = ahead**2 / max(one.variance * runs, 1e-24) / directions
+        return float(stats.f.sf(f, directions, one.free))
+
+    alike = chance(pooled([seen, known], others))
+    alone = chance(pooled([seen, known], ())) if others else alike
+    return float((1.0 - JOINT_UNLIKE) * alike + JOINT_UNLIKE * alone)
+
+
+def pooled(own: Sequence[FloatArray], others: Sequence[FloatArray]) -> Scatter:
+    """Return the scatter about the mean of each own group, steadied by that at the other joints.
+
+    The more the joints' variances differ among each other, the less the others' are worth.
+    """
+    square, free = scatter(own)
+    there = [one for one in others if len(one) >= FEWEST_SIZES]
+    if not there:
+        return Scatter(square / free, free) if free else Scatter(np.inf, 0)
+    known = own[-1]
+    groups = [*there, known] if len(known) >= FEWEST_SIZES else there
+    least = 1e-12 * max(float(np.mean([one.var(ddof=1) for one in groups])), 1e-300)
+    logs = np.array([np.log(max(float(one.var(ddof=1)), least)) for one in groups])
+    frees = np.array([len(one) - 1.0 for one in groups])
+    differ = _differ(logs, frees)
+    # the joint's own runs have half a say at least: it may be the one that is unlike the others
+    prior_free = min(2.0 * _trigamma_inverse(differ), max(float(free), 1.0))
+    centre = np.mean((logs - special.digamma(frees / 2) + np.log(frees / 2))[: len(there)])
+    prior = float(np.exp(centre + special.digamma(prior_free / 2) - np.log(prior_free / 2)))
+    whole = prior_free + free
+    return Scatter((prior_free * prior + square) / whole, whole)
+
+
+def _differ(logs: FloatArray, frees: FloatArray) -> float:
+    """By how much the logarithms of joints' true variances differ, as a variance.
+
+    Estimated from few joints, so it is drawn towards what joints of machines differ by.
+    """
+    joints = len(logs) - 1
+    beyond = (
+        float(logs.var(ddof=1) - np.mean(special.polygamma(1, frees / 2))) if joints > 0 else 0.0
+    )
+    worth = float(JOINTS_DIFFER_WORTH)
+    return (joints * max(beyond, 0.0) + worth * JOINTS_DIFFER) / (joints + worth)
+
+
+def _trigamma_inverse(value: float) -> float:
+    """Return where the trigamma function has a value."""
+    low, high = 1e-3, MOST_FREE
+    if value >= special.polygamma(1, low):
+        return low
+    if value <= special.polygamma(1, high):
+        return high
+    root = optimize.brentq(
+        lambda log: float(special.polygamma(1, np.exp(log)) - value), np.log(low), np.log(high)
+    )
+    return float(np.exp(root))
 
 
 def scatter(groups: Sequence[FloatArray]) -> tuple[float, int]:

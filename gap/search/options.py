@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from gap.constants import FALSE_ALARMS
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import APART_M, Candidate, off_bounds
@@ -21,6 +22,9 @@ MOST_OF_AN_EFFECT = 3
 WORTH_NATS = 4.0  # that a cause must gain, and one more for each parameter
 ACTS = 0.1  # of the largest gain of a channel
 NEAR_PLACES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # of the distance of places that were tried
+# Chance, among all candidates, of a healthy machine showing a cause that is named: half of the level, the
+# other half is that of energies.
+CAUSE_LEVEL = FALSE_ALARMS / 2
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
 
 

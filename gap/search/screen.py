@@ -156,27 +156,6 @@ class _Rows:
         return Signature(one, start, tuple(order[k] for k in keep), rows, offset if acts else -1)
 
 
-def plain_gains(signatures: Signatures, residuals: FloatArray) -> FloatArray:
-    """Return the largest gain of each of S whitened residuals, (S, F C), all weights 1, no bounds, (S,).
-
-    A parameter costs half a nat, which is what noise gives it.
-    """
-    along = (signatures.matrix @ residuals.T.astype(np.float32)).astype(np.float64)
-    best = np.zeros(len(residuals))
-    for one in signatures.each:
-        rows = signatures.matrix[list(one.rows)]
-        pull, nats = along[list(one.rows)], np.zeros(len(residuals))
-        if one.offset >= 0:
-            offset = signatures.matrix[one.offset]
-            pull = pull - (rows @ offset).astype(np.float64)[:, None]
-            nats = along[one.offset] - 0.5 * float(offset @ offset)
-        if len(rows):
-            gram = (rows @ rows.T).astype(np.float64) + np.eye(len(rows))
-            nats = nats + 0.5 * np.sum(pull * np.linalg.solve(gram, pull), axis=0)
-        best = np.maximum(best, nats - 0.5 * len(rows))
-    return best
-
-
 def gains(signatures: Signatures, residual: FloatArray, weights: FloatArray) -> list[Gain]:
     """Return what each candidate would gain, best first, one (its best start) each.
 

@@ -93,7 +93,7 @@ def diagnosis_page(
         calm=stage_rows(d),
         stage_note=stage_note(d),
         maps=gap_maps(d),
-        judged="a held-out run" if d.kept_back == "runs kept back" else d.kept_back,
+        judged=d.held_out,
         traces=[
             (name, inline_svg(figure, str(number)))
             for number, (name, figure) in enumerate(draw_traces(d).items())
@@ -126,7 +126,7 @@ def _facts(d: Diagnosis) -> list[tuple[str, str]]:
     if d.verdict is not Verdict.NO_GAP:
         if not math.isnan(far.shrink):
             low, high = percent_words(far.low), percent_words(far.high)
-            about = f"of its energy above the floor, on {d.kept_back}"
+            about = f"of its energy above the floor, on {d.held_out}"
             facts.append((percent_words(far.shrink), f"of the gap closed [{low}, {high}]: {about}"))
         change = f"{far.before:.2f} → {far.after:.2f}"
         facts.append((change, "RMS difference; 1 is the floor, without a gap"))

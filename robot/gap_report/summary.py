@@ -140,11 +140,11 @@ def _share(one: NamedCause) -> str:
 def _how_far(d: Diagnosis) -> list[str]:
     far = d.far
     if math.isnan(far.shrink):
-        return [f"how far: on {d.kept_back} the gap is too small to measure what is closed"]
+        return [f"how far: on {d.held_out} the gap is too small to measure what is closed"]
     low, high = percent_words(far.low), percent_words(far.high)
     lines = [
         f"how far: {percent_words(far.shrink)} [{low}, {high}] of the gap, as energy above the floor, is "
-        f"closed on {d.kept_back}; RMS {far.before:.3g} -> {far.after:.3g} of its floor"
+        f"closed on {d.held_out}; RMS {far.before:.3g} -> {far.after:.3g} of its floor"
     ]
     lines += changed_channels(far, MOST_CHANNELS)
     if d.remaining.stage:

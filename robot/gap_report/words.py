@@ -132,7 +132,7 @@ def machine_words(trial: Trial) -> str:
 def held_out_words(d: Diagnosis, paths: Sequence[Path], most: int) -> str:
     """Name the runs that judge, or the part of the runs where all are fitted to."""
     names = few([paths[i].name for i in d.held_out_trials], most)
-    return f"{d.kept_back} ({names})" if judged_by_parts(d) else names
+    return f"{d.held_out} ({names})" if judged_by_parts(d) else names
 
 
 def judged_by_parts(d: Diagnosis) -> bool:

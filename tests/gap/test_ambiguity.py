@@ -11,8 +11,8 @@ from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate
 from gap.search.fit import fit_causes
+from gap.search.look import Selection, Step
 from gap.search.options import Option, fit_option
-from gap.search.selection import Selection, Step
 from tests.gap.test_selection import evidences
 from tests.gap.toy import EFFECTS, Toy, toy_trial
 

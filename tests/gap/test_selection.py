@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+import gap.search.look as look_module
 import gap.search.options as options_module
 import gap.search.selection as selection_module
 from gap.diagnosis.commissioning import standing_of
@@ -19,9 +20,19 @@ from gap.residuals.predictions import Predictor
 from gap.search.candidates import STEP, Candidate, candidates_of, starts_of, stepped
 from gap.search.cross_validation import Advantage
 from gap.search.fit import Fitted, fit_causes
-from gap.search.options import Option, fit_option, on_bound, share_of, shortlist, usual_score
+from gap.search.healthy_search import search_healthy
+from gap.search.look import Known, Look, Search, Selection
+from gap.search.options import (
+    CAUSE_LEVEL,
+    Option,
+    fit_option,
+    on_bound,
+    share_of,
+    shortlist,
+    usual_score,
+)
 from gap.search.screen import Gain, gains, make_signatures
-from gap.search.selection import Look, Search, Selection, select
+from gap.search.selection import select
 from model.effects.causes import Scope, check_cause
 from record.trial.trial import Trial
 from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_case, toy_references, toy_trial
@@ -30,16 +41,18 @@ from tests.gap.walks import cause, simulator, walk
 
 def evidences(
     toy: Simulator, trials: list[Trial], references: list[Trial]
-) -> tuple[Evidence, Evidence | None]:
+) -> tuple[Evidence, Known | None]:
     """Trials and references as a diagnosis sees them, all trials fitted to."""
     parts, known = whole_parts(toy, trials), whole_parts(toy, references, len(trials))
     study = Study(Predictor(toy, [*trials, *references]), parts, references=known)
-    return study.evidence(study.local), study.healthy_evidence(study.local)
+    found, runs = study.evidence(study.local), study.healthy_evidence(study.local)
+    if runs is None:
+        return found, None
+    signatures = make_signatures(found, candidates_of(toy), (), lambda share: None)
+    return found, Known(runs, search_healthy(found, signatures, study.healthy_runs(study.local)))
 
 
-def select_all(
-    found: Evidence, healthy: Evidence | None, toy: Simulator, search: Search
-) -> Selection:
+def select_all(found: Evidence, healthy: Known | None, toy: Simulator, search: Search) -> Selection:
     candidates = candidates_of(toy)
     signatures = make_signatures(found, candidates, (), lambda share: None)
     return select(found, candidates, signatures, lambda share: None, healthy, search)
@@ -105,10 +118,10 @@ def test_where_all_of_the_first_list_differs_between_days_a_second_is_fitted(
         usual = [one for one in ranked if one.signature.candidate.effect.name == "stiffness"]
         return usual if near > 0 else shortlist(ranked, most, near, least)
 
-    monkeypatch.setattr(selection_module, "shortlist", crowded)
+    monkeypatch.setattr(look_module, "shortlist", crowded)
     both = select_all(found, healthy, toy, Search())
     assert [(c.effect, c.joints) for c in both.fitted.causes] == [("offset", ("b",))]
-    monkeypatch.setattr(selection_module, "LISTS", selection_module.LISTS[:1])
+    monkeypatch.setattr(look_module, "LISTS", look_module.LISTS[:1])
     assert select_all(found, healthy, toy, Search()).fitted.causes == ()
 
 
@@ -121,7 +134,7 @@ def test_a_cause_closes_what_is_there_and_another_only_a_share() -> None:
     effects = {effect.name: effect for effect in toy.effects}
     standing = fit_causes(found, ())
     unseen = found.score(found.base).sum(axis=1)
-    usual = usual_score(found, healthy)
+    usual = usual_score(found, healthy.runs)
 
     def share(name: str, joint: str, value: float) -> float:
         one = Candidate(effects[name], (joint,))
@@ -160,12 +173,16 @@ def test_a_cause_on_its_bound_gives_way_to_one_that_the_misfit_hides(
     assert on_bound(stuck)
     assert not on_bound(free)
 
-    monkeypatch.setattr(selection_module, "chance_healthy", lambda *_: 1e-8)
+    monkeypatch.setattr(look_module, "chance_healthy", lambda *_: 1e-8)
 
-    def choose(best: Option, p: float, options: list[Option], known: Evidence | None) -> object:
-        return Look(found, 1, known, Search()).off_bound(best, p, options)
+    def choose(
+        best: Option, p: float, options: list[Option], known: Known | None
+    ) -> tuple[Option, float]:
+        return Look(found, known, Search()).off_bound(best, p, options)
 
-    assert choose(stuck, 0.0, [stuck, free], healthy) == (free, 1e-8)
+    option_taken, p = choose(stuck, 0.0, [stuck, free], healthy)
+    assert option_taken is free
+    assert 1e-8 < p < CAUSE_LEVEL
     assert choose(stuck, 0.0, [stuck, far], healthy) == (stuck, 0.0)
     assert choose(free, 0.0, [free, stuck], healthy) == (free, 0.0)
     assert choose(stuck, 0.0, [stuck, free], None) == (stuck, 0.0)

@@ -25,10 +25,13 @@ def _found(seed: int, days: float) -> tuple[float, float]:
             for i in range(count)
         ]  # fmt: skip
 
-    evidence, healthy = evidences(Toy(), runs(OFFSET, 4, 0), runs(0.0, 6, 100))
+    evidence, known = evidences(Toy(), runs(OFFSET, 4, 0), runs(0.0, 6, 100))
     fitted = fit_causes(evidence, (Cause("offset", ("a",), (OFFSET,)),))
     parameter = BY_NAME["offset"].parameters[0]
-    error = float(standard_errors(evidence, healthy, fitted)[0]) * parameter.spread
+    error = (
+        float(standard_errors(evidence, known.runs if known else None, fitted)[0])
+        * parameter.spread
+    )
     return fitted.causes[0].values[0], error
 
 
@@ -46,8 +49,8 @@ def test_runs_that_differ_make_the_error_larger() -> None:
 
 def test_one_run_alone_is_judged_by_its_noise() -> None:
     trial = toy_trial([Cause("offset", ("a",), (OFFSET,))], *CONDITIONS[0], seed=3)
-    evidence, healthy = evidences(Toy(), [trial], [])
-    assert healthy is None
+    evidence, known = evidences(Toy(), [trial], [])
+    assert known is None
     fitted = fit_causes(evidence, (Cause("offset", ("a",), (OFFSET,)),))
     (error,) = standard_errors(evidence, None, fitted)
     assert 0 < error < 0.1

@@ -112,13 +112,13 @@ def test_each_rival_is_said_with_its_cause(two: Diagnosis) -> None:
     assert rows == [("play at arm", "backlash at arm")]
 
 
-def test_one_run_judged_by_its_own_end_is_not_called_runs_kept_back(found: Diagnosis) -> None:
+def test_one_run_judged_by_its_own_end_is_not_called_a_held_out_run(found: Diagnosis) -> None:
     d = replace(found, fitted_trials=(0,), held_out_trials=(0,))
     assert "on the last third of the run" in d.sentence
     for text in (plain(diagnosis_page(d, *SUBJECT)), "\n".join(summary_lines(d, FILES))):
         assert "the last third of the run (run0.csv)" in text
-        assert "runs kept back" not in text
-    assert "on runs kept back" in found.sentence
+        assert "held-out run" not in text
+    assert "on a held-out run" in found.sentence
 
 
 def test_a_cause_that_shows_in_other_stages_is_explained_once(found: Diagnosis) -> None:

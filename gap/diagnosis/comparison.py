@@ -1,0 +1,70 @@
+"""Trials against the simulator, in units of what is expected: what search and answer work on."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from gap.diagnosis.study import Study
+from gap.interfaces import Drive
+from gap.residuals.evidence import Evidence
+from gap.residuals.healthy import Healthy
+from gap.search.candidates import Candidate, candidates_of
+from gap.search.healthy_search import search_healthy
+from gap.search.look import Known
+from gap.search.screen import Signatures, make_signatures
+from model.errors import GapError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparison:
+    """What is compared.
+
+    Attributes:
+        study: Trials, references and the simulator.
+        evidence: What is fitted to, each stage by itself.
+        end_to_end: The same from commands alone.
+        held: What judges, from commands alone.
+        candidates: Everything that could be the cause.
+        signatures: Of every candidate.
+        runs: References, each in units of what the others predict; none where there are too few.
+        known: The same as evidence, with what the search finds in them; None for too few.
+    """
+
+    study: Study
+    evidence: Evidence
+    end_to_end: Evidence
+    held: Evidence
+    candidates: tuple[Candidate, ...]
+    signatures: Signatures
+    runs: tuple[Healthy, ...]
+    known: Known | None
+
+    @property
+    def healthy(self) -> Evidence | None:
+        """References as evidence; None for too few."""
+        return self.known.runs if self.known else None
+
+
+def compare(study: Study, progress: Callable[[float], None]) -> Comparison:
+    """Compare trials with the simulator; progress gets the share of the candidates that were tried.
+
+    Raises:
+        GapError: Nothing can be compared.
+    """
+    local = study.local
+    evidence = study.evidence(local) if study.references else study.loose_evidence(local)
+    if not (evidence.count > 0).any():
+        raise GapError("no measured channel can be compared with the simulator; check the columns")
+    candidates = candidates_of(study.simulator, study.predictor.standing)
+    signatures = make_signatures(evidence, candidates, (), progress)
+    healthy = study.healthy_evidence(local)
+    runs = study.healthy_runs(local) if healthy else ()
+    return Comparison(
+        study=study,
+        evidence=evidence,
+        end_to_end=study.evidence(Drive.COMMAND),
+        held=study.held_evidence(),
+        candidates=candidates,
+        signatures=signatures,
+        runs=runs,
+        known=Known(healthy, search_healthy(evidence, signatures, runs)) if healthy else None,
+    )

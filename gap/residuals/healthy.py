@@ -1,0 +1,104 @@
+"""References in units of what the other references predict, to compare a gap with."""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gap.interfaces import Channel
+from gap.residuals.evidence import mean_energy
+from gap.residuals.floor import make_floor
+from gap.residuals.parts import RunCondition, TrialPart, block_starts
+from gap.residuals.whitening import Whitener, make_whitener
+from model.values.arrays import FloatArray, IntArray
+
+SAME_CONDITION, NEW_FREQUENCY, NEW_GAIT = 0, 1, 2  # how far two conditions are apart
+SAME_FREQUENCY = 0.08  # natural log
+FEWEST_OTHERS = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Healthy:
+    """One reference in units of what the others predict.
+
+    Attributes:
+        whitener: The map into these units.
+        residual: Whitened, (F, C).
+        excess: Energy over expectation of each channel, (C,); NaN where unused.
+        blocks: First frame of each block.
+    """
+
+    part: TrialPart
+    whitener: Whitener
+    residual: FloatArray
+    excess: FloatArray
+    blocks: IntArray
+
+    def scaled(self, factor: FloatArray) -> "Healthy":
+        """Return it in units of an expectation whose variance is ``factor``, (C,), times as large."""
+        whitener = replace(self.whitener, gain=self.whitener.gain / np.sqrt(factor))
+        residual, excess = self.residual / np.sqrt(factor), self.excess / factor
+        return replace(self, whitener=whitener, residual=residual, excess=excess)
+
+
+def healthy_runs(
+    channels: Sequence[Channel],
+    references: Sequence[tuple[TrialPart, FloatArray]],
+    conditions: Sequence[RunCondition] = (),
+) -> tuple[Healthy, ...]:
+    """Compare each reference with others that are as far from it as they are from the trials.
+
+    Where a trial has a gait or a frequency that no reference has, each reference is predicted by those of
+    other gaits or frequencies alone: so what is not known there is measured and not assumed.
+
+    Args:
+        channels: C of them.
+        references: Each with measured minus predicted, (F, C).
+        conditions: Those of the trials.
+    """
+    if len(references) < 2:
+        return ()
+    own = [part.condition for part, _ in references]
+    distance = max((_distance(one, own) for one in conditions), default=SAME_CONDITION)
+    each = []
+    for i, (part, error) in enumerate(references):
+        others = [
+            r for k, r in enumerate(references) if k != i and _apart(own[i], own[k]) >= distance
+        ]
+        if len(others) < FEWEST_OTHERS:
+            others = [*references[:i], *references[i + 1 :]]
+        floor = make_floor(channels, others, ())
+        base = np.where(np.isfinite(error), 0.0, np.nan)
+        whitener = make_whitener(part, floor, base)
+        residual = whitener.whiten(error)
+        excess = mean_energy((residual**2).sum(axis=0), whitener.count.sum(axis=0))
+        each.append(Healthy(part, whitener, residual, excess, block_starts(part.observation)))
+    return tuple(each)
+
+
+def _apart(a: RunCondition, b: RunCondition) -> int:
+    """How far two conditions are apart: the same, another frequency, another gait."""
+    if a.gait != b.gait:
+        return NEW_GAIT
+    return SAME_CONDITION if abs(a.log_ratio(b)) < SAME_FREQUENCY else NEW_FREQUENCY
+
+
+def _distance(one: RunCondition, known: Sequence[RunCondition]) -> int:
+    return min(_apart(one, other) for other in known)
+
+
+def laid_over(part: TrialPart, healthy: Healthy) -> FloatArray:
+    """Lay a healthy run over a part of a trial, cycle by cycle, and over again where it is shorter, (F, C).
+
+    So it can be held against what a cause would change in the trial.
+    """
+    edges = np.append(block_starts(part.observation), part.frames)
+    starts = healthy.blocks
+    ends = np.append(starts[1:], healthy.part.frames)
+    frames = np.empty(part.frames, dtype=np.int64)
+    for number, (first, last) in enumerate(itertools.pairwise(edges)):
+        block = number % len(starts)
+        size, count = ends[block] - starts[block], last - first
+        frames[first:last] = starts[block] + np.arange(count) * size // count
+    return np.asarray(healthy.residual[frames])

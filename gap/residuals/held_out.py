@@ -1,0 +1,56 @@
+"""Chances that a test gives to healthy runs, and what a chance is worth after them.
+
+A test promises that a healthy machine gets a chance below p in a share p of cases. References, each held
+out as if it were a trial, show whether it does: their -ln p would be exponential with mean 1. With few of
+them the mean is uncertain, so what is returned is the predictive chance (a Lomax tail: an exponential whose
+rate has a gamma posterior), never below the test's own. Without any assumption n references promise no
+chance below 1 / (n + 1) (conformal rank; Vovk et al. 2005, Algorithmic Learning in a Random World).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gap.constants import NULL_WORTH
+
+SMALLEST = 1e-300
+
+
+@dataclass(frozen=True, slots=True)
+class HeldOutChances:
+    """What a test gave to R references, each held out: chances, one a reference."""
+
+    each: tuple[float, ...]
+
+    @property
+    def least(self) -> float:
+        """Chance below which nothing is promised without assumptions."""
+        return 1.0 / (len(self.each) + 1)
+
+    def calibrated(self, p: float) -> float:
+        """Return what a chance is worth."""
+        nats = -math.log(max(p, SMALLEST))
+        return max(p, float((self._scale / (self._scale + nats)) ** self._shape))
+
+    def needed(self, level: float) -> float:
+        """Return the chance that is worth a level."""
+        nats = self._scale * (level ** (-1.0 / self._shape) - 1.0)
+        return min(level, math.exp(-nats))
+
+    @property
+    def _shape(self) -> float:
+        return float(NULL_WORTH + len(self.each))
+
+    @property
+    def _scale(self) -> float:
+        return float(NULL_WORTH) - sum(math.log(max(min(p, 1.0), SMALLEST)) for p in self.each)
+
+
+def promised(level: float, references: int) -> float:
+    """Return the rate of false alarms that can be promised at a level with so many references."""
+    return max(level, 1.0 / (references + 1))
+
+
+def leave_each_out(runs: int) -> Sequence[tuple[int, tuple[int, ...]]]:
+    """Return each run with all others."""
+    return [(i, tuple(k for k in range(runs) if k != i)) for i in range(runs)]

@@ -1,0 +1,172 @@
+"""The search on healthy runs: what it names there, to first order, is what a gap is compared with.
+
+Each reference in turn is laid over the trials as if it were one. Every candidate is fitted to it by its
+signature, and the other references judge it as they judge a cause in the trials
+(``gap.search.novelty``). The best candidate's chance, one a reference, shows what a chance from the same
+search is worth; the scatter of the fits is what a cause must stand out from to be named.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from gap.constants import SHOWN
+from gap.residuals.evidence import Evidence
+from gap.residuals.healthy import Healthy, laid_over
+from gap.residuals.held_out import HeldOutChances, leave_each_out
+from gap.search.novelty import chance_of, pooled
+from gap.search.screen import Signature, Signatures
+from model.values.arrays import FloatArray
+
+SEEN = (
+    1e-3  # share of the most energy of a signature in a run, below which the run does not show it
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fits:
+    """A candidate in R healthy runs: pull on its D directions, (R, D), and their energies, (R, D, D)."""
+
+    signature: Signature
+    pull: FloatArray
+    gram: FloatArray
+
+    def along(self, direction: FloatArray) -> FloatArray:
+        """Return the size of a change in each run that shows it; NaN in others, (R,)."""
+        energy = np.einsum("d,rde,e->r", direction, self.gram, direction)
+        seen = energy > SEEN * max(float(energy.max()), 1e-30)
+        size = self.pull @ direction / np.where(seen, energy, 1.0)
+        return np.where(seen, size, np.nan)
+
+
+@dataclass(frozen=True, eq=False)
+class HealthySearch:
+    """What the search finds in healthy runs.
+
+    Attributes:
+        candidates: How many were tried.
+        chances: Of the best in each reference, among all candidates.
+    """
+
+    candidates: int
+    chances: HeldOutChances
+    _fits: tuple[tuple[_Fits, tuple[_Fits, ...]], ...]
+
+    def among_all(self, chance: float) -> float:
+        """Return what the chance of one candidate is worth, as the best of all that were tried."""
+        return self.chances.calibrated(min(1.0, self.candidates * chance))
+
+    def visible_sizes(self, level: float, trials: int) -> Iterator[tuple[Signature, int, float]]:
+        """Return each signature with a place in it and how many spreads of its parameter would be named.
+
+        Args:
+            level: Chance at which a cause is named.
+            trials: How many trials there are to fit to.
+        """
+        needed = self.chances.needed(level) / self.candidates
+        for own, others in self._fits:
+            if own.signature.offset >= 0:
+                continue
+            for place, direction in enumerate(np.eye(len(own.signature.rows))):
+                known = _finite(own.along(direction))
+                one = pooled([known], [_finite(other.along(direction)) for other in others])
+                if not len(known) or one.free <= 0:
+                    yield own.signature, place, np.inf
+                    continue
+                beyond = float(np.sqrt(stats.f.isf(needed, 1, one.free)))
+                error = np.sqrt(one.variance * (1 / len(known) + 1 / max(trials, 1)))
+                yield own.signature, place, error * (beyond + float(stats.t.ppf(SHOWN, one.free)))
+
+
+def search_healthy(
+    evidence: Evidence, signatures: Signatures, runs: Sequence[Healthy]
+) -> HealthySearch:
+    """Run the search on healthy runs.
+
+    Args:
+        evidence: The trials that are fitted to.
+        signatures: Of every candidate in these.
+        runs: References, each in units of what the others predict.
+    """
+    fits = _fits_of(evidence, signatures, runs)
+    count = len({one.signature.candidate.key for one, _ in fits})
+    chances = []
+    for held, others in leave_each_out(len(runs)):
+        best = min((_chance(own, rest, held, others) for own, rest in fits), default=1.0)
+        chances.append(min(1.0, count * best))
+    return HealthySearch(max(count, 1), HeldOutChances(tuple(chances)), fits)
+
+
+def _chance(own: _Fits, rest: Sequence[_Fits], held: int, others: Sequence[int]) -> float:
+    """Chance of what one reference shows of a candidate, by the other references."""
+    gram = own.gram[held]
+    size = len(gram)
+    ridge = 1e-9 * max(float(np.trace(gram)), 1e-30)
+    direction = np.linalg.solve(gram + ridge * np.eye(size), own.pull[held])
+    sizes = own.along(direction)
+    if not np.isfinite(sizes[held]):
+        return 1.0
+    known = _finite(sizes[list(others)])
+    elsewhere = [_finite(one.along(direction)[list(others)]) for one in rest]
+    parameters = len(own.signature.candidate.effect.parameters)
+    return chance_of(sizes[[held]], known, elsewhere, parameters)
+
+
+def _finite(values: FloatArray) -> FloatArray:
+    return np.asarray(values[np.isfinite(values)])
+
+
+def _fits_of(
+    evidence: Evidence, signatures: Signatures, runs: Sequence[Healthy]
+) -> tuple[tuple[_Fits, tuple[_Fits, ...]], ...]:
+    """Fit every candidate to every run, each beside the same effect at its other joints."""
+    parts = [_part_for(evidence, run) for run in runs]
+    edges = np.concatenate([[0], np.cumsum([part.frames for part in evidence.parts])])
+    columns = evidence.base.shape[1]
+    slices = [slice(edges[p] * columns, edges[p + 1] * columns) for p in range(len(evidence.parts))]
+    pulls = np.empty((len(signatures.matrix), len(runs)))
+    for r, (part, run) in enumerate(zip(parts, runs, strict=True)):
+        laid = laid_over(evidence.parts[part], run) * (evidence.whiteners[part].gain > 0)
+        pulls[:, r] = signatures.matrix[:, slices[part]] @ laid.ravel().astype(np.float32)
+    made: dict[str, list[_Fits]] = {}
+    for one in signatures.each:
+        rows = list(one.rows) if one.offset < 0 else [one.offset]
+        if not rows:
+            continue
+        grams = {}
+        for part in set(parts):
+            cut = signatures.matrix[rows, slices[part]].astype(np.float64)
+            grams[part] = cut @ cut.T
+        fit = _Fits(one, pulls[rows].T, np.array([grams[part] for part in parts]))
+        made.setdefault(one.candidate.effect.name, []).append(fit)
+    return tuple(
+        (one, tuple(other for other in group if _same_elsewhere(one, other)))
+        for group in made.values()
+        for one in group
+    )
+
+
+def _same_elsewhere(one: _Fits, other: _Fits) -> bool:
+    """Whether another fit is of the same change at another joint."""
+    a, b = one.signature, other.signature
+    same = a.start == b.start and a.live == b.live and (a.offset < 0) == (b.offset < 0)
+    return (
+        same
+        and bool(a.candidate.joints)
+        and a.candidate.joints != b.candidate.joints
+        and bool(b.candidate.joints)
+    )
+
+
+def _part_for(evidence: Evidence, run: Healthy) -> int:
+    """The part of the trials whose gait and frequency are nearest to a run's."""
+    near = run.part.condition
+    return min(
+        range(len(evidence.parts)),
+        key=lambda i: (
+            evidence.parts[i].gait != near.gait,
+            abs(evidence.parts[i].condition.log_ratio(near)),
+        ),
+    )

@@ -1,0 +1,172 @@
+"""One more cause: the best candidate that is new, beside what is known of healthy runs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gap.constants import LEAST_SHARE, REST_SHARE
+from gap.residuals.evidence import Evidence
+from gap.search.fit import ROUNDS, Fitted
+from gap.search.healthy_search import HealthySearch
+from gap.search.novelty import chance_healthy
+from gap.search.options import (
+    CAUSE_LEVEL,
+    HIDDEN_SHARE,
+    NEAR,
+    SHORTLIST,
+    Option,
+    fit_option,
+    nats_beyond,
+    on_bound,
+    share_of,
+    shortlist,
+    usual_score,
+    worth,
+)
+from gap.search.screen import Gain, Signatures, gains
+from model.values.arrays import FloatArray
+
+MOST_CAUSES = 5
+# Of a first and of a second list: share of the best's first-order gain and nats that candidates must have.
+LISTS = ((NEAR, 0.5), (0.0, 10.0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One cause that was taken, and the others that were fitted in its place, best first."""
+
+    chosen: Option
+    rivals: tuple[Option, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Selection:
+    """The causes.
+
+    Attributes:
+        fitted: All of them together.
+        unseen: Score of each block without its fold, (B,).
+        steps: One a cause, in the order of ``fitted.causes``.
+        p: Chance that a healthy machine shows any candidate as large as the best of the first step; 1 if
+            there was none.
+    """
+
+    fitted: Fitted
+    unseen: FloatArray
+    steps: tuple[Step, ...]
+    p: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """References in units of what the others predict, and what the search finds in each of them."""
+
+    runs: Evidence
+    search: HealthySearch
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """How far to look.
+
+    Attributes:
+        shortlist: Candidates that are fitted at each step.
+        most: Causes.
+        least_share: Share of the score, in the channels in which it acts, that a cause must close where
+            there are no references.
+        rounds: Most steps of a fit.
+        least_gain: Share of the whole score that a cause must gain where there are no references.
+    """
+
+    shortlist: int = SHORTLIST
+    most: int = MOST_CAUSES
+    least_share: float = LEAST_SHARE
+    rounds: int = ROUNDS
+    least_gain: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """Looks for causes that are new beside what is known of healthy runs, if anything is."""
+
+    evidence: Evidence
+    known: Known | None
+    search: Search
+
+    @property
+    def healthy(self) -> Evidence | None:
+        """References; None for too few."""
+        return self.known.runs if self.known else None
+
+    def chance(self, option: Option) -> float:
+        """Return its chance in a healthy machine, among all candidates; 0 without references."""
+        if self.known is None:
+            return 0.0
+        one = chance_healthy(self.evidence, self.known.runs, option.fitted, option.cause)
+        return self.known.search.among_all(one)
+
+    def one_more(
+        self, selection: Selection, signatures: Signatures
+    ) -> tuple[Option, float, tuple[Option, ...]] | None:
+        """Return the best next cause, its chance in a healthy machine (1: not to be taken), its rivals.
+
+        With references, what differs most between days may be all of the first list; so there is a second.
+        """
+        taken = {(cause.effect, cause.joints) for cause in selection.fitted.causes}
+        residual = selection.fitted.residual
+        ranked = gains(signatures, residual, self.evidence.weights(residual))
+        ranked = [gain for gain in ranked if gain.signature.candidate.key not in taken]
+        options: list[Option] = []
+        usual: list[Option] = []
+        least_p = 1.0
+        for near, least in LISTS if self.healthy is not None else LISTS[:1]:
+            listed = shortlist(ranked, self.search.shortlist, near, least)
+            ranked = [gain for gain in ranked if gain not in listed]
+            fresh = sorted((self._fitted(selection, gain) for gain in listed), key=rank)
+            options += fresh
+            for one in fresh:
+                if not worth(one.over, len(one.added.effect.parameters), len(one.unseen)):
+                    continue
+                p = self.chance(one)
+                if p < CAUSE_LEVEL and self._closes_enough(one, selection):
+                    one, p = self.off_bound(one, p, options)
+                    rivals = [other for other in options if other is not one and other not in usual]
+                    return one, p, tuple(sorted(rivals, key=rank))
+                if self.healthy is None:
+                    return one, 1.0, ()
+                usual.append(one)  # healthy runs show it as well: no rival of what is new
+                least_p = min(least_p, max(p, CAUSE_LEVEL))
+        return (min(options, key=rank), least_p, ()) if options else None
+
+    def _fitted(self, selection: Selection, gain: Gain) -> Option:
+        added = gain.signature.candidate
+        start = (*selection.fitted.causes, added.cause(gain.values))
+        return fit_option(self.evidence, added, start, selection.unseen, self.search.rounds)
+
+    def _closes_enough(self, one: Option, selection: Selection) -> bool:
+        if self.healthy is None:
+            least = self.search.least_gain * float(selection.unseen.sum())
+            share = share_of(self.evidence, one, selection.fitted, 0.0)
+            return one.over.nats >= least and share >= self.search.least_share
+        if not selection.steps:
+            return True
+        usual = usual_score(self.evidence, self.healthy)
+        return share_of(self.evidence, one, selection.fitted, usual) >= REST_SHARE
+
+    def off_bound(self, best: Option, p: float, options: Sequence[Option]) -> tuple[Option, float]:
+        """Prefer to one fitted to its bound another that is no farther behind than the misfit hides."""
+        if self.healthy is None or not on_bound(best):
+            return best, p
+        left = nats_beyond(self.evidence, best.unseen, self.healthy)
+        for other in sorted(options, key=lambda o: -o.over.nats):
+            near = best.over.nats - other.over.nats < HIDDEN_SHARE * left
+            if other is best or not near or on_bound(other):
+                continue
+            other_p = self.chance(other)
+            if other_p < CAUSE_LEVEL:
+                return other, other_p
+        return best, p
+
+
+def rank(option: Option) -> tuple[float, object]:
+    """Order of options: a parameter more must be worth a nat, or a patch below all feet is a level."""
+    return len(option.added.effect.parameters) - option.over.nats, option.added.key

@@ -1,0 +1,117 @@
+"""What a chance is worth after references were searched, and how joints that differ are pooled."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from gap.diagnosis.comparison import Comparison, compare
+from gap.diagnosis.detection import detect, detectable
+from gap.diagnosis.study import make_study
+from gap.interfaces import Cause
+from gap.residuals.held_out import HeldOutChances, promised
+from gap.search.novelty import chance_of, pooled
+from gap.search.selection import select
+from record.trial.trial import Trial
+from tests.gap.toy import CONDITIONS, JOINTS, Toy, toy_trial
+
+LIKE = (0.05, 0.05, 0.05)
+UNLIKE = (0.05, 0.05, 0.15)  # one joint's stiffness differs three times as much from day to day
+
+
+def _share_below(level: float, scale: float, seed: int, count: int = 1200) -> float:
+    """How often a joint with so many times the others' scatter gets a chance below a level."""
+    rng = np.random.default_rng(seed)
+    hits = 0
+    for _ in range(count):
+        seen, known = scale * rng.standard_normal(3), scale * rng.standard_normal(6)
+        hits += chance_of(seen, known, [rng.standard_normal(6) for _ in range(5)], 1) < level
+    return hits / count
+
+
+def test_chances_of_joints_that_scatter_alike_are_kept() -> None:
+    """One side of a two-sided test: half the level; and no more careful than it must be."""
+    assert 0.05 < _share_below(0.2, 1.0, seed=1) < 0.12
+
+
+def test_a_joint_that_scatters_three_times_as_much_is_not_pooled_away() -> None:
+    """By the five others alone, alike and known well, a level of 0.01 would be passed in 20 %."""
+    assert _share_below(0.01, 3.0, seed=2) < 0.035
+
+
+@pytest.mark.parametrize(("unlike", "least", "most"), [(1.0, 13, 14), (30.0, 7, 11)])
+def test_what_other_joints_are_worth_follows_how_alike_they_are(
+    unlike: float, least: float, most: float
+) -> None:
+    rng = np.random.default_rng(3)
+    sizes = [scale * rng.standard_normal(6) for scale in (1, 1, unlike, 1 / unlike, 1)]
+    own = [np.array([0.1, -0.2, 0.3]), rng.standard_normal(6)]
+    assert least <= pooled(own, sizes).free <= most
+
+
+@given(st.lists(st.floats(1e-9, 1.0), max_size=20), st.floats(1e-250, 1.0), st.floats(0.01, 0.2))
+def test_a_calibrated_chance_is_never_below_the_tests_own(
+    held_out: list[float], p: float, level: float
+) -> None:
+    chances = HeldOutChances(tuple(held_out))
+    assert p <= chances.calibrated(p) <= 1.0
+    assert chances.calibrated(chances.needed(level)) == pytest.approx(level, rel=1e-6)
+
+
+def test_references_that_look_new_by_themselves_make_chances_worth_less() -> None:
+    usual, odd = HeldOutChances((0.9, 0.5, 0.2) * 2), HeldOutChances((1e-3, 1e-4, 0.2) * 2)
+    assert usual.calibrated(1e-6) < 2e-4
+    assert odd.calibrated(1e-6) > 1e-2
+    assert promised(0.02, 6) == pytest.approx(1 / 7)
+    assert promised(0.02, 99) == pytest.approx(0.02)
+
+
+def _run(at: int, seed: int, wander: tuple[float, ...], causes: tuple[Cause, ...] = ()) -> Trial:
+    rng = np.random.default_rng(seed)
+    days = [
+        Cause("stiffness", (joint,), (1 + share * rng.standard_normal(),))
+        for joint, share in zip(JOINTS, wander, strict=True)
+    ]
+    return toy_trial([*days, *causes], *CONDITIONS[at % 4], seed=10**6 + seed)
+
+
+def _comparison(seed: int, wander: tuple[float, ...], causes: tuple[Cause, ...] = ()) -> Comparison:
+    trials = [_run(i, 1000 * seed + i, wander, causes) for i in range(4)]
+    known = [_run(i, 1000 * seed + 500 + i, wander) for i in range(6)]
+    return compare(make_study(trials, Toy(), known), lambda share: None)
+
+
+def _alarm(comparison: Comparison) -> bool:
+    selection = select(
+        comparison.evidence, comparison.candidates, comparison.signatures, lambda share: None,
+        comparison.known,
+    )  # fmt: skip
+    by_energy = detect(comparison.evidence, comparison.runs, selection.p).by_energy
+    return bool(selection.steps) or by_energy
+
+
+def _alarms(count: int, wander: tuple[float, ...]) -> int:
+    return sum(_alarm(_comparison(seed, wander)) for seed in range(1, count + 1))
+
+
+def test_healthy_sets_with_one_joint_unlike_the_others_raise_few_alarms() -> None:
+    assert _alarms(6, UNLIKE) <= 1
+
+
+@pytest.mark.slow
+@pytest.mark.soak
+@pytest.mark.parametrize("wander", [LIKE, UNLIKE])
+def test_false_alarms_keep_the_printed_level(wander: tuple[float, ...]) -> None:
+    assert _alarms(300, wander) <= stats.binom.ppf(0.975, 300, 0.02)
+
+
+def test_a_size_said_to_be_visible_is_found() -> None:
+    healthy = _comparison(31, LIKE)
+    assert healthy.known is not None
+    sizes = detectable(healthy.signatures, healthy.known.search, len(healthy.study.fitted))
+    size = next(s.size for s in sizes if (s.effect, s.parameter) == ("stiffness", "ratio"))
+    assert 0.1 < size < 0.5  # days scatter by 0.05, and there are 27 candidates
+    soft = Cause("stiffness", ("b",), (1 - size,))
+    found = sum(_alarm(_comparison(seed, LIKE, (soft,))) for seed in (31, 32, 33))
+    assert found >= 2
