@@ -74,3 +74,80 @@ REST_SHARE = Constant(
 TRIMMED = Constant(
     0.03, "share of the blocks, the worst, that a verdict does not depend on", DEVELOPMENT
 )
+WORTH_NATS = Constant(
+    4.0,
+    "log likelihood that a cause must gain on held-out blocks, and one more a parameter",
+    BY_HAND,
+)
+HIDDEN_SHARE = Constant(
+    0.05, "share of the misfit left that may hide a rival, which therefore stays open", DEVELOPMENT
+)
+ACTS = Constant(
+    0.1, "share of the largest gain of a channel from which a cause acts in a channel", BY_HAND
+)
+AHEAD_NATS = Constant(
+    2.0, "log likelihood by which a candidate must be better to take a cause's place", THEORY
+)
+
+# what is expected without a cause
+MOST_INFLATION = Constant(
+    4.0,
+    "most that the expected variance is raised where references predict each other badly",
+    BY_HAND,
+)
+ASSUMED_MISFIT = Constant(
+    0.1,
+    "share of the misfit that is expected where no reference shows it",
+    "on the servos of an SO-101 arm",
+)
+GAIT_CORRELATION = Constant(0.4, "correlation of the misfits of two gaits", DEVELOPMENT)
+LOG_FREQUENCY = Constant(
+    0.5, "change of frequency (natural log) over which misfits stay correlated", DEVELOPMENT
+)
+TAIL = Constant(4.0, "energy over expectation from which a block counts by its logarithm", BY_HAND)
+WHOLE_SHARE = Constant(
+    0.7, "share of the channels that a simulator fed what was measured must answer", BY_HAND
+)
+
+# what the healthy machine shows already
+LAW_SHARE = Constant(
+    0.01, "share of the score of its channels that a baseline model error closes", DEVELOPMENT
+)
+LAW_GAIN = Constant(
+    0.04, "share of the whole score that a baseline model error closes", DEVELOPMENT
+)
+SENSOR_GAIN = Constant(0.01, "the same of a delay or gain of a sensor", DEVELOPMENT)
+
+# how sure
+TEMPERATURE = Constant(
+    2.0, "log likelihood difference of two causes that counts as one", DEVELOPMENT
+)
+ERROR_SHARE = Constant(
+    0.5, "of that difference's standard error, that is added to the temperature", DEVELOPMENT
+)
+MISFIT_SHARE = Constant(
+    0.02,
+    "of the misfit left beyond a healthy machine's, that is added to the temperature",
+    DEVELOPMENT,
+)
+NONE = Constant(
+    -5.5,
+    "log odds of none of the catalogue where everything is closed down to expectation",
+    DEVELOPMENT,
+)
+NONE_ENERGY = Constant(
+    0.3, "added to them for each e-fold of energy over expectation that is left", DEVELOPMENT
+)
+NONE_OPEN = Constant(9.0, "added for the whole gap left open, with references", DEVELOPMENT)
+NONE_OPEN_ALONE = Constant(6.0, "the same without references", DEVELOPMENT)
+NONE_WORST = Constant(
+    0.25, "added for each e-fold of the worst channel's energy, with references", DEVELOPMENT
+)
+NONE_WORST_ALONE = Constant(0.1, "the same without references", DEVELOPMENT)
+NONE_MANY = Constant(1.0, "added for each cause above two, with references", DEVELOPMENT)
+SURELY_ODD = Constant(0.01, "chance below which what is left counts in full", THEORY)
+NONE_LIKELY = Constant(0.5, "probability of none above which a gap is unexplained", THEORY)
+CLEAR_EXCESS = Constant(
+    1.5, "energy over expectation of a channel that is a gap though no cause helps, without references",
+    BY_HAND,
+)  # fmt: skip

@@ -5,12 +5,12 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from gap.constants import HIDDEN_SHARE
 from gap.diagnosis.probability import RivalCause
 from gap.residuals.evidence import Evidence
 from gap.search.cross_validation import CLEAR_ERRORS
 from gap.search.fit import ENOUGH_SEPARATION, Fitted, energy_left
 from gap.search.look import Selection
-from gap.search.options import HIDDEN_SHARE
 from model.values.arrays import FloatArray
 
 MOST_OPEN = 2

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gap.constants import LAW_GAIN, LAW_SHARE, SENSOR_GAIN
 from gap.diagnosis.study import Study
 from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.parts import TrialPart, whole_parts
@@ -24,8 +25,8 @@ FEWEST_CONDITIONS = 2
 MOST_TRIALS = 3
 SENSING = "sensing"
 # A cause here must be large enough to change what other effects do; smaller misfit is subtracted as it is.
-LAWS = Search(shortlist=4, most=6, least_share=0.01, rounds=3, least_gain=0.04)
-SENSORS = Search(shortlist=3, most=3, least_share=0.01, rounds=3, least_gain=0.01)
+LAWS = Search(shortlist=4, most=6, least_share=LAW_SHARE, rounds=3, least_gain=LAW_GAIN)
+SENSORS = Search(shortlist=3, most=3, least_share=LAW_SHARE, rounds=3, least_gain=SENSOR_GAIN)
 
 
 def commission(study: Study) -> tuple[Cause, ...]:

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from gap.constants import CHANNELS_APART, FALSE_ALARMS, LEAST_SCATTER
+from gap.constants import CHANNELS_APART, FALSE_ALARMS, LEAST_SCATTER, WORTH_NATS
 from gap.residuals.evidence import Evidence, mean_energy
 from gap.residuals.healthy import Healthy
 from gap.residuals.held_out import HeldOutChances, leave_each_out, promised
 from gap.search.healthy_search import HealthySearch
-from gap.search.options import CAUSE_LEVEL, WORTH_NATS
+from gap.search.options import CAUSE_LEVEL
 from gap.search.screen import Signatures
 from model.values.arrays import FloatArray
 

@@ -1,30 +1,28 @@
 """Probabilities of causes, and of none of them.
 
-The constants are to be fitted once, on a development campaign, and then left alone. The defaults were set
-by hand: a rival two nats behind is 0.37 times as likely, and causes that close 95 % of the gap with a
-residual near its expectation leave 2 % for none of them.
+The constants are in ``gap.constants``: a rival two nats behind is 0.37 times as likely, and causes that
+close 95 % of the gap with a residual near its expectation leave 2 % for none of them.
 """
 
 import math
 from dataclasses import dataclass
 
+from gap.constants import (
+    ERROR_SHARE,
+    MISFIT_SHARE,
+    NONE,
+    NONE_ENERGY,
+    NONE_MANY,
+    NONE_OPEN,
+    NONE_OPEN_ALONE,
+    NONE_WORST,
+    NONE_WORST_ALONE,
+    SURELY_ODD,
+    TEMPERATURE,
+)
 from gap.search.cross_validation import advantage
 from gap.search.look import Selection
 from model.values.arrays import IntArray
-
-TEMPERATURE = 2.0  # nats that count as one
-ERROR_SHARE = 0.5  # temperature for each nat of standard error between two candidates
-# Temperature for each nat that the causes leave beyond a healthy machine: what the simulator has wrong of
-# them may hide as much of a rival.
-MISFIT_SHARE = 0.02
-# Log odds of none of them, with references and without. Without, what is left is no sign that what was
-# found is wrong, and the expectation is noise alone.
-NONE = -5.5  # when everything is closed down to expectation
-NONE_ENERGY = 0.3  # added for each e-fold of energy over expectation that is left
-NONE_OPEN, NONE_OPEN_ALONE = 9.0, 6.0  # added for the whole gap being left open
-NONE_WORST, NONE_WORST_ALONE = 0.25, 0.1  # added for each e-fold of the worst channel's energy
-NONE_MANY = 1.0  # added for each cause above two, with references: what is new needs no patchwork
-SURELY_ODD = 0.01  # chance below which what is left counts as open in full
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from gap.constants import ASSUMED_MISFIT, MOST_INFLATION
 from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
 from gap.residuals.floor import Floor, make_floor, rms
@@ -22,8 +23,6 @@ from model.errors import GapError
 from record.trial.trial import Trial
 
 FEWEST_REFERENCES = 3  # from which the scatter of healthy runs is measured
-MOST_INFLATION = 4.0
-ASSUMED_MISFIT = 0.1  # without references: share of the misfit there is that is expected
 
 
 @dataclass(frozen=True)

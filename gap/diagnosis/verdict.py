@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from gap.constants import CLEAR_EXCESS, NONE_LIKELY
 from gap.diagnosis.detection import Detection
 from gap.diagnosis.findings import NamedCause, TrialFaults, Value, Verdict
 from gap.diagnosis.how_far import HowFar
@@ -15,9 +16,6 @@ from gap.search.standard_errors import standard_errors
 from model.values.arrays import FloatArray
 
 FEW_BLOCKS = 6
-NONE_LIKELY = 0.5
-# Without references: energy over expectation of a channel from which there is a gap though no cause helps.
-CLEAR_EXCESS = 1.5
 
 
 def gap_exists(evidence: Evidence, detection: Detection | None, selection: Selection) -> bool:

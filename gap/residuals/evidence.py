@@ -11,16 +11,13 @@ from functools import cached_property
 
 import numpy as np
 
-from gap.constants import NO_ANSWER
+from gap.constants import NO_ANSWER, TAIL, WHOLE_SHARE
 from gap.interfaces import Cause, Drive, reach_of
 from gap.residuals.floor import Floor
 from gap.residuals.parts import TrialPart, block_starts, folds_of
 from gap.residuals.predictions import Misfit, PredictionRequest, Predictor
 from gap.residuals.whitening import Whitener, make_whitener
 from model.values.arrays import FloatArray, IntArray
-
-WHOLE_SHARE = 0.7  # of the channels, that a simulator fed what was measured must answer
-TAIL = 4.0  # energy over expectation from which a block counts by its logarithm
 
 
 @dataclass(frozen=True)

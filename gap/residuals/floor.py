@@ -10,13 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gap.constants import GAIT_CORRELATION, LOG_FREQUENCY
 from gap.interfaces import Channel
 from gap.residuals.parts import RunCondition, TrialPart
 from model.values.arrays import BoolArray, FloatArray
 
 HARMONICS = 6
-GAIT_CORRELATION = 0.4  # of the misfits of two gaits
-LOG_FREQUENCY = 0.5  # change of frequency (natural log) over which misfits stay correlated
 RATIOS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # repeat variance over misfit variance
 FEW_RATIO = 0.1
 FEW = 3

@@ -3,14 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gap.constants import LEAST_SHARE, REST_SHARE
+from gap.constants import HIDDEN_SHARE, LEAST_SHARE, REST_SHARE
 from gap.residuals.evidence import Evidence
 from gap.search.fit import ROUNDS, Fitted
 from gap.search.healthy_search import HealthySearch
 from gap.search.novelty import chance_healthy
 from gap.search.options import (
     CAUSE_LEVEL,
-    HIDDEN_SHARE,
     NEAR,
     SHORTLIST,
     Option,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from gap.constants import FALSE_ALARMS
+from gap.constants import ACTS, FALSE_ALARMS, WORTH_NATS
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import APART_M, Candidate, off_bounds
@@ -15,12 +15,8 @@ from gap.search.fit import ROUNDS, Fitted, fit_causes, free_values, moved
 from gap.search.screen import Gain
 from model.values.arrays import FloatArray
 
-# Of the misfit that named causes leave: what the simulator has wrong of them may hide as much of a rival.
-HIDDEN_SHARE = 0.05
 SHORTLIST = 8
 MOST_OF_AN_EFFECT = 3
-WORTH_NATS = 4.0  # that a cause must gain, and one more for each parameter
-ACTS = 0.1  # of the largest gain of a channel
 NEAR_PLACES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # of the distance of places that were tried
 # Chance, among all candidates, of a healthy machine showing a cause that is named: half of the level, the
 # other half is that of energies.

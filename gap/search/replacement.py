@@ -7,6 +7,7 @@ then left are fitted in its place. The set that predicts held-out blocks best st
 
 from collections.abc import Iterator
 
+from gap.constants import AHEAD_NATS
 from gap.interfaces import Cause
 from gap.search.candidates import Candidate
 from gap.search.fit import fit_causes
@@ -17,7 +18,6 @@ from gap.search.screen import Signatures, gains
 MOST_ROUNDS = 2
 RIVALS, FRESH = 2, 2  # candidates that are fitted in a cause's place: of its own step, and new ones
 NEAR_AS_GOOD = 0.7  # of what its cause gains to first order, that a new candidate must gain
-AHEAD_NATS = 2.0
 
 
 def replaced(look: Look, selection: Selection, signatures: Signatures) -> Selection:
