@@ -13,6 +13,7 @@ from gap.machines.legged.inputs import LeggedInputs, make_inputs
 from model.effects.catalogue import STAGES, places_of
 from model.effects.leg_kinds import check_effects, effects_of
 from model.effects.machine import LeggedMachine
+from model.effects.machine_scale import scaled_effect
 from model.effects.settings import Settings, UserEffect, settings_of
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
@@ -30,7 +31,11 @@ class LeggedSimulator:
     def __init__(self, machine: LeggedMachine, added: tuple[UserEffect, ...] = ()) -> None:
         self.machine = machine
         self.joints = machine.names.joints
-        effects = (*effects_of(machine.leg), *(user.effect for user in added))
+        known = (
+            scaled_effect(effect, machine.weight_n, machine.length_m)
+            for effect in effects_of(machine.leg)
+        )
+        effects = (*known, *(user.effect for user in added))
         self.effects: tuple[Effect, ...] = effects
         if not machine.names.one_joint_a_leg:
             self.effects = tuple(replace(e, parts=places_of(e, machine.names)) for e in effects)
