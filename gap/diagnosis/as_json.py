@@ -29,6 +29,8 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
             "before_over_floor": far.before,
             "shrink": far.shrink,
             "shrink_interval": [far.low, far.high],
+            "shrink_interval_over": "runs" if far.over_runs else "cycles",
+            "held_out_runs": far.runs,
             "explainable": far.explainable,
             "what": "RMS over channels on held-out runs; before is 1",
         },

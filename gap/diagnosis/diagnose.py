@@ -9,9 +9,9 @@ import numpy as np
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
 from gap.diagnosis.baselines import baselines
 from gap.diagnosis.commissioning import commission
-from gap.diagnosis.comparison import Comparison, compare
 from gap.diagnosis.detection import Detection, chance_of_energies, detect, detectable
 from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
+from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.held_out import drop_worse
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.probability import Fit, RivalCause, chances, none_of_them
@@ -127,7 +127,7 @@ def _commissioned(study: Study, standing: tuple[Cause, ...] | None, progress: Pr
     return study.with_standing(standing or ())
 
 
-def _answer(comparison: Comparison, selection: Selection, far: HowFar) -> _Answer:
+def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answer:
     """Decide whether there is a gap, and whether it is explained."""
     evidence, known = comparison.evidence, comparison.known
     detection = detect(evidence, comparison.runs, selection.p) if known else None
@@ -149,7 +149,7 @@ def _answer(comparison: Comparison, selection: Selection, far: HowFar) -> _Answe
     )
 
 
-def _fit(comparison: Comparison, selection: Selection) -> Fit:
+def _fit(comparison: GapEvidence, selection: Selection) -> Fit:
     """What the causes explain, each block under the fit without its fold."""
     evidence = comparison.evidence
     unseen = unseen_residual(evidence, selection.fitted)
@@ -164,7 +164,7 @@ def _fit(comparison: Comparison, selection: Selection) -> Fit:
 
 
 def _diagnosis(
-    comparison: Comparison, selection: Selection, far: HowFar, answer: _Answer,
+    comparison: GapEvidence, selection: Selection, far: HowFar, answer: _Answer,
     faults: tuple[TrialFaults, ...], runs: tuple[NextRun, ...], seed: int,
 ) -> Diagnosis:  # fmt: skip
     """Put together what is reported."""

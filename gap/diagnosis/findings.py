@@ -6,6 +6,7 @@ from enum import Enum
 
 import numpy as np
 
+from gap.constants import FALSE_ALARMS
 from gap.diagnosis.ambiguity import OpenRival
 from gap.diagnosis.baselines import Baseline
 from gap.diagnosis.detection import Detectable, Detection
@@ -160,7 +161,7 @@ class Diagnosis:
         shrunk, far = "", self.far
         if np.isfinite(far.shrink):
             added = "it" if len(self.causes) == 1 else "them"
-            shrunk = f"; adding {added} closes {percent_words(far.shrink)} of the gap"
+            shrunk = f"; adding {added} explains {percent_words(far.shrink)} of the gap"
             within = f"{percent_words(far.low)}, {percent_words(far.high)}"
             shrunk += f" [{within}] on {self.held_out}"
         names = " and ".join(one.words for one in self.causes)
@@ -195,6 +196,17 @@ class Diagnosis:
             runs = self.far.runs
             return "a held-out run" if runs == 1 else f"{runs} held-out runs"
         return "the last third of the run" if len(shared) == 1 else "the last third of each run"
+
+    @property
+    def false_alarm_words(self) -> str:
+        """How often a healthy machine would be said to have a gap, as far as references can promise it."""
+        if self.detection is None:
+            return "without three references the false-alarm rate cannot be estimated"
+        return (
+            f"false-alarm rate: aimed at {percent_words(float(FALSE_ALARMS))}; "
+            f"{self.detection.references} references alone can promise no less than "
+            f"{percent_words(1.0 / (self.detection.references + 1))}"
+        )
 
     @property
     def interval_words(self) -> str:

@@ -1,6 +1,6 @@
 """Causes against held-out runs: one that makes them worse is not named."""
 
-from gap.diagnosis.comparison import Comparison
+from gap.diagnosis.gap_evidence import GapEvidence
 from gap.diagnosis.how_far import HowFar, how_far
 from gap.search.cross_validation import unseen_score
 from gap.search.fit import fit_causes
@@ -8,7 +8,9 @@ from gap.search.look import Selection
 from gap.search.replacement import without
 
 
-def drop_worse(comparison: Comparison, selection: Selection, seed: int) -> tuple[Selection, HowFar]:
+def drop_worse(
+    comparison: GapEvidence, selection: Selection, seed: int
+) -> tuple[Selection, HowFar]:
     """Drop the causes without which held-out runs are clearly predicted better, the worst first.
 
     Returns the causes that are left, fitted again, and how far the gap shrinks with them. Where one was

@@ -103,13 +103,13 @@ def warnings_of(
     references, fitted = len(study.references), {part.trial for part in study.fitted}
     severe = sorted({f.channel for one in faults for f in one.faults if f.severe})
     if severe:
-        yield f"mend the data first ({', '.join(severe)}): what follows cannot be trusted"
+        yield f"fix the data first ({', '.join(severe)}): what follows cannot be trusted"
     if not references:
         yield "no reference runs: what the simulator always lacks cannot be told from what is new"
     elif references < FEWEST_REFERENCES:
-        yield "fewer than 3 references: no chance of a false alarm can be given"
+        yield "fewer than 3 references: the false-alarm rate cannot be estimated"
     if len(fitted) < 2 and references < FEWEST_REFERENCES:
-        yield "+- is of the noise in one run: how much runs differ cannot be told from one"
+        yield "+- covers within-run noise only: one run does not show how much runs differ"
     if fitted & {part.trial for part in study.held}:
         yield "one trial a gait: the last third of each judges what was fitted to the rest"
     if blocks < FEW_BLOCKS:

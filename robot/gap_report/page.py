@@ -114,8 +114,9 @@ def diagnosis_page(
             (b.method, "; ".join(place_words(e, j) for e, j in b.causes)) for b in d.baselines
         ],
         made_of=(
-            f"Simulator {d.simulator}; floor from {d.floor_source}; judged by "
-            f"{held_out_words(d, paths, 3)}; {d.predictions} runs simulated; seed {d.seed}."
+            f"Simulator {d.simulator}; baseline from {d.floor_source}; judged by "
+            f"{held_out_words(d, paths, 3)}; {d.false_alarm_words}; {d.predictions} runs simulated; "
+            f"seed {d.seed}."
         ),
     )
 
@@ -126,10 +127,12 @@ def _facts(d: Diagnosis) -> list[tuple[str, str]]:
     if d.verdict is not Verdict.NO_GAP:
         if not math.isnan(far.shrink):
             low, high = percent_words(far.low), percent_words(far.high)
-            about = f"of its energy above the floor, on {d.held_out}"
-            facts.append((percent_words(far.shrink), f"of the gap closed [{low}, {high}]: {about}"))
+            about = f"of its energy above the baseline, on {d.held_out} ({d.interval_words})"
+            facts.append(
+                (percent_words(far.shrink), f"of the gap explained [{low}, {high}]: {about}")
+            )
         change = f"{far.before:.2f} → {far.after:.2f}"
-        facts.append((change, "RMS difference; 1 is the floor, without a gap"))
+        facts.append((change, "RMS difference; 1 is the baseline, without a gap"))
         facts.append((percent_words(d.none), "chance that it is none of the catalogue"))
     count = len(d.fitted_trials)
     if judged_by_parts(d):
@@ -182,7 +185,7 @@ def _next(d: Diagnosis) -> dict[str, object]:
 
 
 def draw_traces(d: Diagnosis) -> dict[str, Figure]:
-    """Draw the channels that the causes change most, in a run kept back, by name."""
+    """Draw the channels that the causes change most, in a held-out run, by name."""
     if d.verdict is Verdict.NO_GAP:
         return {}
     with mpl.rc_context({**STYLE, "font.size": 8}):

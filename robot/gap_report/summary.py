@@ -48,7 +48,8 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> li
         lacks = ", ".join(place_words(one.effect, one.joints) for one in d.standing)
         lines.append(f"what healthy runs show already, and is no news: {lacks}")
     judges = held_out_words(d, paths, MOST_CHANNELS)
-    lines.append(f"kept back to judge: {judges}; floor from {d.floor_source}")
+    lines.append(f"held out to judge: {judges}; baseline from {d.floor_source}")
+    lines.append(d.false_alarm_words)
     spaced = [line for i, line in enumerate(lines) if line or (i and lines[i - 1])]
     return [piece for line in spaced for piece in wrapped(line, width)]
 
@@ -143,8 +144,9 @@ def _how_far(d: Diagnosis) -> list[str]:
         return [f"how far: on {d.held_out} the gap is too small to measure what is closed"]
     low, high = percent_words(far.low), percent_words(far.high)
     lines = [
-        f"how far: {percent_words(far.shrink)} [{low}, {high}] of the gap, as energy above the floor, is "
-        f"closed on {d.held_out}; RMS {far.before:.3g} -> {far.after:.3g} of its floor"
+        f"how far: {percent_words(far.shrink)} [{low}, {high}] of the gap, as energy above the baseline, "
+        f"is explained on {d.held_out}; RMS {far.before:.3g} -> {far.after:.3g} of its baseline",
+        f"  {d.interval_words}",
     ]
     lines += changed_channels(far, MOST_CHANNELS)
     if d.remaining.stage:

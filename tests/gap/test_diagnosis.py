@@ -237,7 +237,7 @@ def test_data_faults_come_first() -> None:
     trials[0] = replace(trials[0], shaft_rad=trials[0].shaft_rad * 57.3 * 4)
     d = diagnose(trials, Toy())
     assert d.data_faults[0].faults[0].kind == "unit"
-    assert any("mend the data" in words for words in d.warnings)
+    assert any("fix the data" in words for words in d.warnings)
 
 
 def test_the_baselines_are_there_to_be_beaten() -> None:

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from gap.diagnosis.comparison import Comparison, compare
 from gap.diagnosis.detection import detect, detectable
+from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.held_out import HeldOutChances, promised
@@ -76,13 +76,15 @@ def _run(at: int, seed: int, wander: tuple[float, ...], causes: tuple[Cause, ...
     return toy_trial([*days, *causes], *CONDITIONS[at % 4], seed=10**6 + seed)
 
 
-def _comparison(seed: int, wander: tuple[float, ...], causes: tuple[Cause, ...] = ()) -> Comparison:
+def _comparison(
+    seed: int, wander: tuple[float, ...], causes: tuple[Cause, ...] = ()
+) -> GapEvidence:
     trials = [_run(i, 1000 * seed + i, wander, causes) for i in range(4)]
     known = [_run(i, 1000 * seed + 500 + i, wander) for i in range(6)]
     return compare(make_study(trials, Toy(), known), lambda share: None)
 
 
-def _alarm(comparison: Comparison) -> bool:
+def _alarm(comparison: GapEvidence) -> bool:
     selection = select(
         comparison.evidence, comparison.candidates, comparison.signatures, lambda share: None,
         comparison.known,

@@ -78,7 +78,7 @@ def test_an_arm_joint_is_explained_by_more_than_a_delay(joint: str, tmp_path: Pa
     assert shaft["after"] < 0.3 * shaft["before"]
     low, high = shaft["after_range"]
     assert low < shaft["after"] < high < 0.3 * shaft["before_range"][0]
-    assert not any("mend the data" in words for words in found["warnings"])
+    assert not any("fix the data" in words for words in found["warnings"])
     late = alone(trials, ["command_delay"], "--joint", joint)["command_delay"]
     assert late["channels"][0]["after"] > shaft["after_range"][1]
     assert (tmp_path / "page.html").stat().st_size < 300_000

@@ -15,7 +15,7 @@ from model.errors import GapError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Comparison:
+class GapEvidence:
     """What is compared.
 
     Attributes:
@@ -44,7 +44,7 @@ class Comparison:
         return self.known.runs if self.known else None
 
 
-def compare(study: Study, progress: Callable[[float], None]) -> Comparison:
+def compare(study: Study, progress: Callable[[float], None]) -> GapEvidence:
     """Compare trials with the simulator; progress gets the share of the candidates that were tried.
 
     Raises:
@@ -58,7 +58,7 @@ def compare(study: Study, progress: Callable[[float], None]) -> Comparison:
     signatures = make_signatures(evidence, candidates, (), progress)
     healthy = study.healthy_evidence(local)
     runs = study.healthy_runs(local) if healthy else ()
-    return Comparison(
+    return GapEvidence(
         study=study,
         evidence=evidence,
         end_to_end=study.evidence(Drive.COMMAND),
