@@ -2,7 +2,7 @@
 
 Two tests share the level: the best candidate's size (``gap.search.healthy_search``), and the energies of
 the trials against those of references, whatever the candidates. Each reference held out shows what their
-chances are worth (``gap.residuals.held_out``).
+chances are worth (``gap.residuals.chances``).
 """
 
 from collections.abc import Sequence
@@ -12,9 +12,9 @@ import numpy as np
 from scipy import stats
 
 from gap.constants import CHANNELS_APART, FALSE_ALARMS, LEAST_SCATTER, WORTH_NATS
+from gap.residuals.chances import HeldOutChances, leave_each_out, promised
 from gap.residuals.evidence import Evidence, mean_energy
 from gap.residuals.healthy import Healthy
-from gap.residuals.held_out import HeldOutChances, leave_each_out, promised
 from gap.search.healthy_search import HealthySearch
 from gap.search.options import CAUSE_LEVEL
 from gap.search.screen import Signatures

@@ -10,9 +10,9 @@ from gap.diagnosis.ambiguity import OpenRival, open_rivals
 from gap.diagnosis.baselines import baselines
 from gap.diagnosis.commissioning import commission
 from gap.diagnosis.detection import Detection, chance_of_energies, detect, detectable
+from gap.diagnosis.drop_worse import drop_worse
 from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.gap_evidence import GapEvidence, compare
-from gap.diagnosis.held_out import drop_worse
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.probability import Fit, RivalCause, chances, none_of_them
 from gap.diagnosis.study import FEWEST_REFERENCES, Study, make_study

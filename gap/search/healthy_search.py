@@ -13,9 +13,9 @@ import numpy as np
 from scipy import stats
 
 from gap.constants import SHOWN
+from gap.residuals.chances import HeldOutChances, leave_each_out
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, laid_over
-from gap.residuals.held_out import HeldOutChances, leave_each_out
 from gap.search.novelty import chance_of, pooled
 from gap.search.screen import Signature, Signatures
 from model.values.arrays import FloatArray

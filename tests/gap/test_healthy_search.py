@@ -10,7 +10,7 @@ from gap.diagnosis.detection import detect, detectable
 from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
-from gap.residuals.held_out import HeldOutChances, promised
+from gap.residuals.chances import HeldOutChances, promised
 from gap.search.novelty import chance_of, pooled
 from gap.search.selection import select
 from record.trial.trial import Trial
