@@ -31,10 +31,10 @@ THEORY, BY_HAND, DEVELOPMENT = (
 
 # is a cause new, is there a gap?
 FALSE_ALARMS = Constant(
-    0.02, "chance of a gap in a healthy machine, as far as references can promise it", THEORY
+    0.05, "chance of a gap in a healthy machine, as far as references can promise it", THEORY
 )
 NULL_WORTH = Constant(
-    2.0,
+    6.0,
     "held-out references that a test's own promise is worth beside those that there are",
     BY_HAND,
 )

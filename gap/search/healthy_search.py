@@ -16,13 +16,9 @@ from gap.constants import SHOWN
 from gap.residuals.chances import HeldOutChances, leave_each_out
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, laid_over
-from gap.search.novelty import chance_of, pooled
+from gap.search.novelty import SEEN, across_of, chance_of, pooled
 from gap.search.screen import Signature, Signatures
 from model.values.arrays import FloatArray
-
-SEEN = (
-    1e-3  # share of the most energy of a signature in a run, below which the run does not show it
-)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,6 +106,9 @@ def _chance(own: _Fits, rest: Sequence[_Fits], held: int, others: Sequence[int])
         return 1.0
     known = _finite(sizes[list(others)])
     elsewhere = [_finite(one.along(direction)[list(others)]) for one in rest]
+    if size > 1:
+        across = across_of(own.gram[held], direction)
+        elsewhere += [_finite(own.along(other)[list(others)]) for other in across]
     parameters = len(own.signature.candidate.effect.parameters)
     return chance_of(sizes[[held]], known, elsewhere, parameters)
 

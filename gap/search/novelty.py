@@ -17,12 +17,14 @@ import numpy as np
 from scipy import optimize, special, stats
 
 from gap.constants import JOINT_UNLIKE, JOINTS_DIFFER, JOINTS_DIFFER_WORTH
-from gap.interfaces import Cause, places_for
+from gap.interfaces import Cause, Effect, Parameter, places_for
 from gap.residuals.evidence import Evidence
+from gap.search.candidates import step_of
 from gap.search.fit import Fitted
 from model.values.arrays import FloatArray
 
 MOST_FREE = 1e6  # degrees of freedom that count as a variance that is known
+SEEN = 1e-3  # share of energy below which a change does not show
 FEWEST_SIZES = 2  # of a joint's references, from which they have a scatter
 
 
@@ -49,6 +51,7 @@ def chance_healthy(evidence: Evidence, healthy: Evidence, fitted: Fitted, added:
     order = [added.joints, *(place for place in places if place != added.joints)]
     sizes = sizes_in_references(healthy, [replace(added, joints=place) for place in order])
     known, *others = (values for values, _ in sizes)
+    others += sizes_across(healthy, added, effect)
     return chance_of(seen, known, others, len(added.values))
 
 
@@ -60,7 +63,8 @@ def chance_of(
     Args:
         seen: Sizes in the trials, (M,).
         known: In references, (N,); 0 is expected where there are none.
-        others: In references at each of the other joints at which the effect could act.
+        others: In references at each of the other joints at which the effect could act, and along the
+            other directions of its numbers.
         parameters: Of the cause; none counts as one.
     """
     mean = float(known.mean()) if len(known) else 0.0
@@ -152,6 +156,53 @@ def sizes_in_references(
     base, weights = healthy.base, healthy.weights(healthy.base)
     changed = healthy.residuals([(one,) for one in causes])
     return [amplitudes(healthy, base, base - one, weights) for one in changed]
+
+
+def sizes_across(healthy: Evidence, added: Cause, effect: Effect) -> list[FloatArray]:
+    """Return the sizes in references of changes across a cause of several numbers, (R,) each.
+
+    A run's scatter shows along all of them. Each has the energy of the cause itself, and none of its shape.
+    """
+    if len(added.values) < 2 or any(p.located for p in effect.parameters):
+        return []
+    one_by_one = [
+        replace(added, values=tuple(_moved(p, v) if k == i else p.neutral
+                for k, (p, v) in enumerate(zip(effect.parameters, added.values, strict=True))))
+        for i in range(len(added.values))
+    ]  # fmt: skip
+    base, weights = healthy.base, healthy.weights(healthy.base)
+    changed = healthy.residuals([(added,), *((one,) for one in one_by_one)])
+    whole, *parts = (base - one for one in changed)
+    rows = np.array([(part * np.sqrt(weights)).ravel() for part in parts])
+    goal = (whole * np.sqrt(weights)).ravel()
+    gram = rows @ rows.T
+    if not np.all(np.diag(gram) > SEEN * float(goal @ goal)):
+        return []
+    mix = np.linalg.lstsq(gram, rows @ goal, rcond=None)[0]
+    return [
+        amplitudes(healthy, base, np.einsum("p,pfc->fc", across, np.array(parts)), weights)[0]
+        for across in across_of(gram, mix)
+    ]
+
+
+def _moved(parameter: Parameter, value: float) -> float:
+    """A fitted value; one that is near neutral is moved by a spread, within its bounds."""
+    if abs(value - parameter.neutral) > 0.2 * parameter.spread:
+        return value
+    return parameter.neutral + step_of(parameter, parameter.neutral, 1.0)
+
+
+def across_of(gram: FloatArray, direction: FloatArray) -> FloatArray:
+    """Return D - 1 directions that are orthogonal to one of D in a metric, and as long, (D - 1, D)."""
+    size = len(gram)
+    ridge = 1e-9 * max(float(np.trace(gram)), 1e-30)
+    root = np.linalg.cholesky(gram + ridge * np.eye(size))
+    along = root.T @ direction
+    length = float(np.linalg.norm(along))
+    if length <= 0.0:
+        return np.zeros((0, size))
+    basis = np.linalg.qr(np.column_stack([along / length, np.eye(size)]))[0][:, 1:size]
+    return np.asarray(length * np.linalg.solve(root.T, basis).T)
 
 
 def amplitudes(

@@ -61,10 +61,10 @@ def test_a_calibrated_chance_is_never_below_the_tests_own(
 
 def test_references_that_look_new_by_themselves_make_chances_worth_less() -> None:
     usual, odd = HeldOutChances((0.9, 0.5, 0.2) * 2), HeldOutChances((1e-3, 1e-4, 0.2) * 2)
-    assert usual.calibrated(1e-6) < 2e-4
+    assert usual.calibrated(1e-6) < 1e-4
     assert odd.calibrated(1e-6) > 1e-2
-    assert promised(0.02, 6) == pytest.approx(1 / 7)
-    assert promised(0.02, 99) == pytest.approx(0.02)
+    assert promised(0.05, 6) == pytest.approx(1 / 7)
+    assert promised(0.05, 99) == pytest.approx(0.05)
 
 
 def _run(at: int, seed: int, wander: tuple[float, ...], causes: tuple[Cause, ...] = ()) -> Trial:
@@ -105,7 +105,7 @@ def test_healthy_sets_with_one_joint_unlike_the_others_raise_few_alarms() -> Non
 @pytest.mark.soak
 @pytest.mark.parametrize("wander", [LIKE, UNLIKE])
 def test_false_alarms_keep_the_printed_level(wander: tuple[float, ...]) -> None:
-    assert _alarms(300, wander) <= stats.binom.ppf(0.975, 300, 0.02)
+    assert _alarms(300, wander) <= stats.binom.ppf(0.975, 300, 0.05)
 
 
 def test_a_size_said_to_be_visible_is_found() -> None:
