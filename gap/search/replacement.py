@@ -1,8 +1,8 @@
 """A selection that can change its mind: each named cause against what could stand in its place.
 
 Taking one cause after the other never comes back: what was taken first, before its partner was known,
-stays. So after each step every cause is taken out once, and its rivals and the best candidates for what is
-then left are fitted in its place. The set that predicts held-out blocks best stays.
+stays. So at the end every cause is taken out once, and the candidates that explain what is then left as
+well to first order are fitted in its place. The set that predicts held-out blocks best stays.
 """
 
 from collections.abc import Iterator
@@ -15,9 +15,11 @@ from gap.search.look import Look, Selection, Step
 from gap.search.options import CAUSE_LEVEL, Option, fit_option
 from gap.search.screen import Signatures, gains
 
-MOST_ROUNDS = 2
-RIVALS, FRESH = 2, 2  # candidates that are fitted in a cause's place: of its own step, and new ones
-NEAR_AS_GOOD = 0.7  # of what its cause gains to first order, that a new candidate must gain
+IN_PLACE = 2  # candidates that are fitted in a cause's place
+NEAR_AS_GOOD = (
+    0.8  # of what its cause gains to first order, that a candidate must gain to be one of them
+)
+FEW_ROUNDS = 3  # of a fit, that show whether it is worth all of them
 
 
 def replaced(look: Look, selection: Selection, signatures: Signatures) -> Selection:
@@ -28,12 +30,8 @@ def replaced(look: Look, selection: Selection, signatures: Signatures) -> Select
         selection: The causes so far; a single one has just been chosen among its rivals.
         signatures: Of every candidate.
     """
-    for _ in range(MOST_ROUNDS):
-        before = selection
-        for at in range(len(selection.steps) if len(selection.steps) > 1 else 0):
-            selection = _better_at(look, selection, signatures, at)
-        if selection is before:
-            break
+    for at in range(len(selection.steps) if len(selection.steps) > 1 else 0):
+        selection = _better_at(look, selection, signatures, at)
     return selection
 
 
@@ -43,7 +41,7 @@ def _better_at(look: Look, selection: Selection, signatures: Signatures, at: int
     best: tuple[Candidate, Option] | None = None
     for added, cause in _others(look, selection, signatures, at):
         start = (*causes[:at], cause, *causes[at + 1 :])
-        option = fit_option(look.evidence, added, start, selection.unseen)
+        option = fit_option(look.evidence, added, start, selection.unseen, FEW_ROUNDS)
         ahead = option.over.nats > max(option.over.error, AHEAD_NATS)
         if ahead and (best is None or option.over.nats > best[1].over.nats):
             best = added, option
@@ -59,25 +57,22 @@ def _others(
     look: Look, selection: Selection, signatures: Signatures, at: int
 ) -> Iterator[tuple[Candidate, Cause]]:
     """Candidates for the place of a cause, with the values to begin from."""
-    causes = selection.fitted.causes
+    causes, step = selection.fitted.causes, selection.steps[at]
     kept = without(causes, at)
-    taken = {(one.effect, one.joints) for one in kept}
     own = (causes[at].effect, causes[at].joints)
-    tried = {own}
-    for rival in selection.steps[at].rivals[:RIVALS]:
-        if rival.added.key not in taken:
-            tried.add(rival.added.key)
-            yield rival.added, rival.cause
-    left = fit_causes(look.evidence, kept).residual
+    taken = {(one.effect, one.joints) for one in causes}
+    left = fit_causes(look.evidence, kept, FEW_ROUNDS).residual
     ranked = gains(signatures, left, look.evidence.weights(left))
     own_gain = next((one.nats for one in ranked if one.signature.candidate.key == own), 0.0)
-    fresh = [
-        one
+    known = {rival.added.key: rival.cause for rival in step.rivals}
+    listed = [
+        one.signature.candidate.cause(one.values) if key not in known else known[key]
         for one in ranked
-        if one.signature.candidate.key not in taken | tried and one.nats > NEAR_AS_GOOD * own_gain
+        if (key := one.signature.candidate.key) not in taken and one.nats > NEAR_AS_GOOD * own_gain
     ]
-    for one in fresh[:FRESH]:
-        yield one.signature.candidate, one.signature.candidate.cause(one.values)
+    by_key = {one.signature.candidate.key: one.signature.candidate for one in ranked}
+    for cause in listed[:IN_PLACE]:
+        yield by_key[cause.effect, cause.joints], cause
 
 
 def without(causes: tuple[Cause, ...], at: int) -> tuple[Cause, ...]:

@@ -45,7 +45,21 @@ def select(
     look = Look(evidence, known, search)
     fitted = fit_causes(evidence, ())
     selection = Selection(fitted, unseen_score(evidence, fitted), ())
-    while len(selection.steps) < search.most:
+    selection, signatures = _forward(look, selection, candidates, signatures, progress)
+    other = replaced(look, selection, signatures)
+    if other is selection:
+        return selection
+    selection = _dropped(evidence, other, len(other.steps))
+    return _forward(look, selection, candidates, signatures, progress)[0]
+
+
+def _forward(
+    look: Look, selection: Selection, candidates: Sequence[Candidate], signatures: Signatures,
+    progress: Callable[[float], None],
+) -> tuple[Selection, Signatures]:  # fmt: skip
+    """Add causes while one is new; returns the signatures about what was taken."""
+    evidence = look.evidence
+    while len(selection.steps) < look.search.most:
         taken = look.one_more(selection, signatures)
         if taken is None:
             break
@@ -59,16 +73,13 @@ def select(
             best.fitted, best.unseen, (*selection.steps, Step(best, others)), selection.p
         )
         selection = _dropped(evidence, selection, len(selection.steps) - 1)
-        other = replaced(look, selection, signatures)
-        if other is not selection:
-            selection = _dropped(evidence, other, len(other.steps))
         left = evidence.mean_excess(selection.fitted.residual)
         if left > NOTHING_LEFT and (not best.added.effect.parameters or share > ANEW):
             signatures = make_signatures(
                 evidence, candidates, selection.fitted.causes, lambda _: None
             )
-        progress(len(selection.steps) / search.most)
-    return selection
+        progress(len(selection.steps) / look.search.most)
+    return selection, signatures
 
 
 def _dropped(evidence: Evidence, selection: Selection, count: int) -> Selection:
