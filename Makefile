@@ -75,6 +75,7 @@ docs-assets: figures ## draw all figures, run the commands whose output README.m
 docs: install ## write docs/reference/ from the parser and the docstrings, and the pages of all modules in site/
 	$(BIN)/python docs/write_cli_reference.py
 	$(BIN)/python docs/write_modules_reference.py
+	PYTHONPATH=. $(BIN)/python docs/write_gap_constants.py
 	$(BIN)/pdoc --docformat google --no-show-source --output-directory site model gaits drivers record sim_hw gap robot bigant \
 	    '!robot.view.rerun'  # needs bigant[rerun], 640 MB
 

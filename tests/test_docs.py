@@ -3,6 +3,7 @@
 import importlib
 import pkgutil
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
@@ -179,6 +180,12 @@ def test_a_written_reference_is_current(kind: str) -> None:
     )  # fmt: skip
     current = (ROOT / "docs" / "reference" / f"{kind}.md").read_text(encoding="utf-8")
     assert done.stdout == current, "run: make docs"
+
+
+def test_the_page_of_constants_is_current() -> None:
+    write = runpy.run_path(str(ROOT / "docs" / "write_gap_constants.py"))
+    current = (ROOT / "docs" / "gap_constants.md").read_text(encoding="utf-8")
+    assert write["page"]() == current, "run: make docs"
 
 
 def test_every_module_says_its_idea_in_one_line() -> None:

@@ -1,6 +1,6 @@
 """What probabilities of a diagnosis are made of, as rows for ``gap.check.calibration``.
 
-"None of these" is logistic in what the causes leave, with the constants of ``gap.diagnosis.probability``.
+"None of these" is logistic in what the causes leave, with the constants of ``gap.constants``.
 The probability of a named cause is judged as it was given: as a logistic curve of its own log odds.
 """
 
@@ -9,9 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gap import constants
 from gap.check.calibration import CaseRows, ConstantPrior
 from gap.check.cases import CONTROL, OUTSIDE, PAIR, REMOVED, SINGLE, CheckedCase, gap_declared
-from gap.diagnosis import probability
+from gap.constants import SURELY_ODD
 
 SURE = 1e-3  # no nearer to 0 or 1 than this
 LOOSE = 0.5  # share of a constant by which a fit may move it, one standard deviation
@@ -20,7 +21,7 @@ LOOSE = 0.5  # share of a constant by which a fit may move it, one standard devi
 def none_prior() -> ConstantPrior:
     """Return the constants of "none of these" with references as they stand."""
     names = ("NONE", "NONE_OPEN", "NONE_ENERGY", "NONE_WORST", "NONE_MANY")
-    values = np.array([float(getattr(probability, name)) for name in names])
+    values = np.array([float(getattr(constants, name)) for name in names])
     return ConstantPrior(names, values, LOOSE * np.abs(values), np.array([0.0, 1.0, 1.0, 1.0, 1.0]))
 
 
@@ -35,7 +36,7 @@ def none_rows(cases: Sequence[CheckedCase]) -> CaseRows:
             or not (case.answer.referenced and gap_declared(case))
         ):
             continue
-        surely = math.log(max(left.p, 1e-9)) / math.log(float(probability.SURELY_ODD))
+        surely = math.log(max(left.p, 1e-9)) / math.log(float(SURELY_ODD))
         odd = min(1.0, surely)
         features.append((
             1.0,

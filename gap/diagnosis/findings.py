@@ -211,7 +211,9 @@ class Diagnosis:
     @property
     def interval_words(self) -> str:
         """What an interval over held-out data is over."""
-        if self.far.over_runs and not set(self.fitted_trials) & set(self.held_out_trials):
+        if set(self.fitted_trials) & set(self.held_out_trials):
+            return "interval over cycles; no interval over runs"
+        if self.far.over_runs:
             return f"interval over {self.far.runs} held-out runs"
         runs = "one held-out run" if self.far.runs == 1 else f"{self.far.runs} held-out runs"
         return f"interval over the cycles of {runs}; no interval over runs"

@@ -81,7 +81,7 @@ def test_with_a_gap_title_and_head_say_what_where_and_of_which_files(found: Diag
     for words in (
         "bench, joint arm.",
         "2026-02-03",
-        "of its energy above the floor",
+        "of its energy above the baseline",
         "RMS difference",
     ):
         assert words in text
