@@ -50,7 +50,8 @@ def test_faults_of_the_arms_data_are_named(capsys: pytest.CaptureFixture[str]) -
     joints = ("Rotation", "Pitch", "Elbow", "Wrist_Pitch", "Wrist_Roll")
     assert found >= {("magnitude_only", f"torque_{joint}_nm") for joint in joints}
     assert found >= {("spikes", "torque_Wrist_Roll_nm"), ("ignored", "pos[5]")}
-    assert ("frozen", "shaft_Wrist_Roll_rad") in found
+    # it rests for 3.4 s, and reads on from where it lay: held by something, not a frozen encoder
+    assert ("frozen", "shaft_Wrist_Roll_rad") not in found
     assert not [f for one in tables for f in one["faults"] if f["severe"]]
     assert len(tables) == 50
     assert sum(one["kept"] for one in tables) == 225145
