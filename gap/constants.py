@@ -33,6 +33,9 @@ THEORY, BY_HAND, DEVELOPMENT = (
 FALSE_ALARMS = Constant(
     0.05, "chance of a gap in a healthy machine, as far as references can promise it", THEORY
 )
+OPEN_LEVEL = Constant(
+    0.3, "the same chance of a cause where energies show a gap already, whatever its cause", BY_HAND
+)
 NULL_WORTH = Constant(
     6.0,
     "held-out references that a test's own promise is worth beside those that there are",

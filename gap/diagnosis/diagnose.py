@@ -9,7 +9,7 @@ import numpy as np
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
 from gap.diagnosis.baselines import baselines
 from gap.diagnosis.commissioning import commission
-from gap.diagnosis.detection import Detection, chance_of_energies, detect, detectable
+from gap.diagnosis.detection import Detection, detect, detectable
 from gap.diagnosis.drop_worse import drop_worse
 from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.gap_evidence import GapEvidence, compare
@@ -21,6 +21,7 @@ from gap.diagnosis.where import where
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
 from gap.interfaces import Cause, Drive, Proposal, Simulator
+from gap.residuals.energies import chance_of_energies
 from gap.search.candidates import Candidate
 from gap.search.cross_validation import unseen_residual
 from gap.search.look import Selection

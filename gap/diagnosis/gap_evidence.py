@@ -66,5 +66,5 @@ def compare(study: Study, progress: Callable[[float], None]) -> GapEvidence:
         candidates=candidates,
         signatures=signatures,
         runs=runs,
-        known=Known(healthy, search_healthy(evidence, signatures, runs)) if healthy else None,
+        known=Known(healthy, runs, search_healthy(evidence, signatures, runs)) if healthy else None,
     )

@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gap.constants import HIDDEN_SHARE, LEAST_SHARE, REST_SHARE
+from gap.constants import HIDDEN_SHARE, LEAST_SHARE, OPEN_LEVEL, REST_SHARE
+from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
+from gap.residuals.healthy import Healthy
 from gap.search.fit import ROUNDS, Fitted
 from gap.search.healthy_search import HealthySearch
 from gap.search.novelty import chance_healthy
@@ -57,9 +59,13 @@ class Selection:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Known:
-    """References in units of what the others predict, and what the search finds in each of them."""
+    """References in units of what the others predict, and what the search finds in each of them.
+
+    Once as evidence, once each by itself.
+    """
 
     runs: Evidence
+    each: Sequence[Healthy]
     search: HealthySearch
 
 
@@ -103,6 +109,17 @@ class Look:
         one = chance_healthy(self.evidence, self.known.runs, option.fitted, option.cause)
         return self.known.search.among_all(one)
 
+    def level(self, residual: FloatArray) -> float:
+        """Return the chance below which the next cause is named.
+
+        Where what is left has more energy than healthy runs have, there is a gap, and the question is which
+        cause it has; a cause must then only stand out from what healthy runs show as well.
+        """
+        if self.known is None:
+            return 1.0
+        left = chance_of_energies(self.evidence, residual, self.known.each)
+        return OPEN_LEVEL if left < CAUSE_LEVEL else CAUSE_LEVEL
+
     def one_more(
         self, selection: Selection, signatures: Signatures
     ) -> tuple[Option, float, tuple[Option, ...]] | None:
@@ -116,7 +133,7 @@ class Look:
         ranked = [gain for gain in ranked if gain.signature.candidate.key not in taken]
         options: list[Option] = []
         usual: list[Option] = []
-        least_p = 1.0
+        least_p, level = 1.0, self.level(residual)
         for near, least in LISTS if self.healthy is not None else LISTS[:1]:
             listed = shortlist(ranked, self.search.shortlist, near, least)
             ranked = [gain for gain in ranked if gain not in listed]
@@ -126,14 +143,14 @@ class Look:
                 if not worth(one.over, len(one.added.effect.parameters), len(one.unseen)):
                     continue
                 p = self.chance(one)
-                if p < CAUSE_LEVEL and self._closes_enough(one, selection):
+                if p < level and self._closes_enough(one, selection):
                     one, p = self.off_bound(one, p, options)
                     rivals = [other for other in options if other is not one and other not in usual]
                     return one, p, tuple(sorted(rivals, key=rank))
                 if self.healthy is None:
                     return one, 1.0, ()
                 usual.append(one)  # healthy runs show it as well: no rival of what is new
-                least_p = min(least_p, max(p, CAUSE_LEVEL))
+                least_p = min(least_p, max(p, level))
         return (min(options, key=rank), least_p, ()) if options else None
 
     def _fitted(self, selection: Selection, gain: Gain) -> Option:

@@ -12,7 +12,7 @@ from gap.search.candidates import Candidate
 from gap.search.cross_validation import advantage, unseen_score
 from gap.search.fit import fit_causes
 from gap.search.look import Known, Look, Search, Selection, Step
-from gap.search.options import CAUSE_LEVEL, worth
+from gap.search.options import worth
 from gap.search.replacement import replaced, without
 from gap.search.screen import Signatures, make_signatures
 from model.values.arrays import FloatArray
@@ -66,7 +66,7 @@ def _forward(
         best, p, others = taken
         if not selection.steps:
             selection = replace(selection, p=p)
-        if p >= CAUSE_LEVEL:
+        if p >= look.level(selection.fitted.residual):
             break
         share = best.over.nats / max(float(selection.unseen.sum()), 1e-9)
         selection = Selection(

@@ -49,7 +49,8 @@ def evidences(
     if runs is None:
         return found, None
     signatures = make_signatures(found, candidates_of(toy), (), lambda share: None)
-    return found, Known(runs, search_healthy(found, signatures, study.healthy_runs(study.local)))
+    each = study.healthy_runs(study.local)
+    return found, Known(runs, each, search_healthy(found, signatures, each))
 
 
 def select_all(found: Evidence, healthy: Known | None, toy: Simulator, search: Search) -> Selection:
