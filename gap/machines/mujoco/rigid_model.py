@@ -113,6 +113,8 @@ def read_rigid_model(
     spec.option.disableflags |= off.mjDSBL_AUTORESET | off.mjDSBL_ISLAND | off.mjDSBL_SENSOR
     if not mounting.contact:
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+        # friction of joints and their limits alone: exact in a sweep or two, and a sixth less to do
+        spec.option.solver = mujoco.mjtSolver.mjSOL_PGS
     with mistakes_of(file.name):
         model = spec.compile()
     number = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name) for name in in_file]
