@@ -37,7 +37,7 @@ shaft_shoulder_rad = { from = "angle_1", unit = "deg" }
 shaft_elbow_rad = { from = "angle_2", unit = "deg" }
 """
 REAL = MODEL.replace('name="elbow"', 'name="elbow" frictionloss="0.35" armature="0.02"')
-KP, KD, HZ, SECONDS = 40.0, 1.5, 100, 20
+KP, KD, HZ, SECONDS = 40.0, 1.5, 100, 12
 
 
 def log_of_the_real_arm() -> list[str]:
@@ -47,7 +47,7 @@ def log_of_the_real_arm() -> list[str]:
     lines = ["stamp_ms,goal_1,goal_2,angle_1,angle_2"]
     for row in range(SECONDS * HZ):
         t = row / HZ
-        sweep = 2 * np.pi * (0.3 * t + 0.03 * t**2)
+        sweep = 2 * np.pi * (0.3 * t + 0.05 * t**2)
         goal = np.array([0.5 * np.sin(sweep), 0.7 * np.sin(1.3 * sweep + 1.0)])
         angle = np.degrees(data.qpos) + 0.02 * rng.standard_normal(2)
         numbers = (1000 * t, *np.degrees(goal), *angle)

@@ -11,7 +11,7 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 SAID = {
     "drive.py": "forward speed",
     "odometry.py": "estimator            off by",
-    "own_arm.py": "The simulator lacks joint_friction_at_every_joint (elbow: coulomb_nm 0.3",
+    "own_arm.py": "The simulator lacks joint_friction_at_every_joint (elbow: coulomb_nm",
     "own_effect.py": "  force_z ML ",
     "own_machine.py": "The simulator lacks tendon_stretch at finger (rad_per_nm 0.060 +- 0.002)",
     "own_robot.py": "Octopod: 8 legs",
