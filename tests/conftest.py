@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator
 
 import pytest
-from hypothesis import settings
+from hypothesis import is_hypothesis_test, settings
 
 from bigant.one_thread import one_thread
 from tests.walk_logs import cycle_walk as cycle_walk
@@ -17,7 +17,7 @@ one_thread()
 
 # No deadline: how long an example takes depends on what else the computer does.
 settings.register_profile("usual", deadline=None, max_examples=50)
-settings.register_profile("soak", deadline=None, max_examples=500)
+settings.register_profile("soak", deadline=None, max_examples=200)
 
 
 def soaking(config: pytest.Config) -> bool:
@@ -32,7 +32,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Every property is tried again in soak, with more examples."""
     for item in items if soaking(config) else []:
-        if item.get_closest_marker("hypothesis") is not None:
+        if is_hypothesis_test(getattr(item, "obj", None)):
             item.add_marker("soak")
 
 
