@@ -58,6 +58,37 @@ def surface(
         cling[k] = -adhesion[k] if height < CLING_M else 0.0
 
 
+@compiled
+def foot_velocities(
+    rate: FloatArray,
+    foot_v: IntArray,
+    arm: FloatArray,
+    rotation: FloatArray,
+    velocity: FloatArray,
+) -> None:
+    """Write the velocities of the feet, world axes, (N, 3).
+
+    Args:
+        rate: MuJoCo's ``qvel``: of the torso in world axes, its spin in its own, slides in its own.
+        foot_v: Addresses of the feet's x, y, z in it, (N, 3).
+        arm: From the torso to the feet, world axes, (N, 3).
+        rotation: Body to world, (3, 3).
+        velocity: Changed, (N, 3).
+    """
+    spin_x = rotation[0, 0] * rate[3] + rotation[0, 1] * rate[4] + rotation[0, 2] * rate[5]
+    spin_y = rotation[1, 0] * rate[3] + rotation[1, 1] * rate[4] + rotation[1, 2] * rate[5]
+    spin_z = rotation[2, 0] * rate[3] + rotation[2, 1] * rate[4] + rotation[2, 2] * rate[5]
+    for k in range(len(foot_v)):
+        x, y, z = rate[foot_v[k, 0]], rate[foot_v[k, 1]], rate[foot_v[k, 2]]
+        ax, ay, az = arm[k, 0], arm[k, 1], arm[k, 2]
+        velocity[k, 0] = spin_y * az - spin_z * ay
+        velocity[k, 1] = spin_z * ax - spin_x * az
+        velocity[k, 2] = spin_x * ay - spin_y * ax
+        for i in range(3):
+            slide = rotation[i, 0] * x + rotation[i, 1] * y + rotation[i, 2] * z
+            velocity[k, i] += rate[i] + slide
+
+
 def surface_settings(plant: PlantParameters) -> FloatArray:
     """Return ``settings`` of ``surface``."""
     f = plant.friction

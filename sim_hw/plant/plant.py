@@ -20,7 +20,13 @@ from sim_hw.plant.ballast import (
     TEST_TO_M_S,
     Ballast,
 )
-from sim_hw.plant.foot_surface import DirectedContacts, surface, surface_settings, varies
+from sim_hw.plant.foot_surface import (
+    DirectedContacts,
+    foot_velocities,
+    surface,
+    surface_settings,
+    varies,
+)
 from sim_hw.plant.leg_kernel import (
     CURRENT,
     JAM,
@@ -100,6 +106,7 @@ class Plant:
         self._varies, self._has_direction = varies(p), self._directed.any
         self._settings, self._normal = surface_settings(p), ground_axes(p)[:, 2].copy()
         self._coefficients, self._cling = np.zeros(p.legs), np.zeros(p.legs)
+        self._clings = bool(p.friction.adhesion.any())
         self._gusts = Gusts(p.disturbance, p.time_step_s, seed)
         self._push, self._gust = np.zeros(6), np.zeros(2)
         self._ballast: Ballast | None = None
@@ -211,14 +218,14 @@ class Plant:
         on_torso[[0, 1, 5]] += force
 
     def _change_surface(self) -> None:
-        place = self.data.xpos[self._foot_body]
-        p = self.parameters
+        place, p = self.data.xpos[self._foot_body], self.parameters
         surface(
             self.data.time, self._settings, p.mu, p.friction.fade_s, p.friction.adhesion,
             self._normal, place, self._foot_velocity(), self._coefficients, self._cling,
         )  # fmt: skip
         self.model.geom_friction[self._geoms, 0] = self._coefficients
-        self.data.xfrc_applied[self._foot_body, :3] = self._cling[:, None] * self._normal
+        if self._clings:
+            self.data.xfrc_applied[self._foot_body, :3] = self._cling[:, None] * self._normal
 
     def _yaw_rad(self) -> float:
         w, x, y, z = self._qpos[3:7]
@@ -236,12 +243,9 @@ class Plant:
 
     def _foot_velocity(self) -> FloatArray:
         """Velocities of the feet, world axes, (N, 3)."""
-        rotation = self.torso_rotation
-        slide = self._qvel[self._foot_v]
-        arm = (self.data.xpos[self._foot_body] - self.data.xpos[self._torso]) @ rotation
-        velocity: FloatArray = (
-            self._qvel[0:3] + (slide + np.cross(self._qvel[3:6], arm)) @ rotation.T
-        )
+        arm = self.data.xpos[self._foot_body] - self.data.xpos[self._torso]
+        velocity = np.empty(arm.shape)
+        foot_velocities(self._qvel, self._foot_v, arm, self.torso_rotation, velocity)
         return velocity
 
     def places(self) -> tuple[FloatArray, FloatArray, FloatArray]:
