@@ -9,7 +9,7 @@ import pytest
 from model.errors import ConfigError
 from robot.config.robot_file import load_robot
 from robot.virtual.reality_robot import robot_in
-from robot.virtual.twin_run import make_twin, plan_of, walk_fast
+from robot.virtual.twin_run import make_twin, plan_of, walk_fast, walk_through_bytes
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.host.world import World
 from sim_hw.plant.leg_path import foot_path
@@ -268,3 +268,15 @@ def test_effects_that_a_reality_cannot_have_are_known() -> None:
     assert "no foot markers" in why_not_in(bare, "marker_swap")
     assert not why_not_in(bare, "payload")
     assert not why_not_in(USUAL, "force_gain")
+
+
+@pytest.mark.soak
+def test_all_that_a_reality_changes_comes_through_the_bytes_as_well() -> None:
+    """Loop, gears, marker on the shank, filtered and coloured forces: counts are equal, not just near."""
+    reality = find_reality("workshop")
+    plan = plan_of(CONFIG, "tripod", 0.2, 0.3, 0.2)
+    fast = walk_fast(CONFIG, make_twin(CONFIG, (), 5, reality), plan)
+    whole = walk_through_bytes(CONFIG, make_twin(CONFIG, (), 5, reality), plan)
+    for field in ("time_s", "shaft_rad", "force_n", "foot_m", "body_position_m"):
+        assert getattr(fast, field) == pytest.approx(getattr(whole, field), abs=2e-6), field
+    assert np.isfinite(fast.force_n).all()
