@@ -9,15 +9,17 @@ import numpy as np
 
 from model.values.arrays import FloatArray
 
-# The hitch: natural frequency of the body on it [rad/s], and its damping, share of critical; assumed.
-HITCH_RAD_S = 90.0
-HITCH_DAMPING = 0.4
+# The hitch: natural frequency of the body on it [rad/s], and its damping, share of critical; assumed. Stiff
+# against the legs, or the mass would swing on it.
+HITCH_RAD_S = 350.0
+HITCH_DAMPING = 0.2
 # The pull test: speeds between which a heavy sledge is braked by sliding feet [m/s], and its mass in
 # masses of the robot. Slow enough that springs follow at once.
 TEST_FROM_M_S, TEST_TO_M_S = 0.03, 0.01
 TEST_SLIP_M_S = TEST_FROM_M_S - TEST_TO_M_S
 TEST_MASSES = 30.0
 TEST_LONGEST_S = 30.0
+TEST_HOLD = 5.0  # duty for each rad that a shaft is turned, as servos hold them
 
 
 class Ballast:

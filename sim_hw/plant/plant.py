@@ -14,6 +14,7 @@ from model.values.arrays import BoolArray, FloatArray, readonly
 from model.values.readings import BodyTruth
 from sim_hw.plant.ballast import (
     TEST_FROM_M_S,
+    TEST_HOLD,
     TEST_LONGEST_S,
     TEST_MASSES,
     TEST_SLIP_M_S,
@@ -324,11 +325,11 @@ def ballast_of(plant: PlantParameters) -> Ballast:
     sledge.rate = np.array([TEST_FROM_M_S + TEST_SLIP_M_S / 2, 0.0, 0.0])
     robot.data.qvel[0] = sledge.rate[0]
     robot.hitch(sledge)
-    off, none = np.zeros(plant.legs, dtype=bool), np.zeros(plant.legs)
+    on = np.ones(plant.legs, dtype=bool)
     times = []
     for limit in (TEST_FROM_M_S, TEST_TO_M_S):
         while sledge.rate[0] > limit:
-            robot.step(none, off)
+            robot.step(-TEST_HOLD * robot.motor_angle_rad, on)
             if robot.data.time > TEST_LONGEST_S:
                 raise ModelError("inertia_lag needs feet with friction: they do not brake a sledge")
         times.append(robot.data.time)

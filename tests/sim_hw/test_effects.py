@@ -326,13 +326,15 @@ def test_sliding_feet_brake_the_towed_mass_in_its_time_constant() -> None:
     ballast = robot._ballast
     assert ballast is not None
     hold(robot, 0.05)
-    for axis in range(2):  # 40 mm/s along x, then along y: 20 mm/s slower after its time constant
+    for axis in range(
+        2
+    ):  # along x, then along y: once feet slide, 20 mm/s slower in its time constant
         ballast.rate = np.zeros(3)
-        ballast.rate[axis] = robot.data.qvel[axis] = 0.04
-        hold(robot, 0.02)
+        ballast.rate[axis] = robot.data.qvel[axis] = 0.07
+        hold(robot, 0.08)
         before = ballast.rate[axis]
         hold(robot, 0.1)
-        assert before - ballast.rate[axis] == pytest.approx(0.02, rel=0.06)
+        assert before - ballast.rate[axis] == pytest.approx(0.02, rel=0.05)
 
 
 def test_a_sticking_foot_is_held_down() -> None:
