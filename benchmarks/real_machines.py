@@ -42,6 +42,7 @@ def sources(folder: Path) -> tuple[tuple[str, list[str]], ...]:
             [str(folder / "uart_servo_backlash" / "logs" / "motor_telemetry_single.csv")],
         ),
         ("sliding_cube", [str(folder / "sliding_cube" / "tosses.npz")]),
+        ("xl330", sorted(map(str, (folder / "xl330_pendulum").glob("*.parquet")))),
     )
 
 
@@ -206,11 +207,13 @@ def cube(folder: Path, out: Path, pages: Path) -> None:
 
 
 def main() -> None:
-    """Diagnose all three sets, or those named on the command line, and write the pages."""
+    """Diagnose all sets, or those named on the command line, and write the pages."""
     place = os.environ.get("BIGANT_SHARED_DATA", "")
     if not place:
         sys.exit("set BIGANT_SHARED_DATA to the folder of the data sets")
-    ways = {"arm": arm, "rig": rig, "cube": cube}
+    from benchmarks.real_xl330 import pendulum  # which uses what is here
+
+    ways = {"arm": arm, "rig": rig, "cube": cube, "xl330": pendulum}
     with tempfile.TemporaryDirectory(prefix="real-") as folder:
         for name in sys.argv[1:] or ways:
             ways[name](Path(place), Path(folder), PAGES)
