@@ -66,6 +66,10 @@ HELD_OUT_WORSE = Constant(
     "standard errors by which a cause must make held-out runs worse to be dropped for it",
     THEORY,
 )
+HELD_OUT_ADDS = Constant(
+    0.005, "share of the gap that a cause must add to the others on held-out runs, without references",
+    "less than the shares are rounded to",
+)  # fmt: skip
 LEAST_SHARE = Constant(
     0.02, "share of the score of its channels that a cause must close, without references",
     "on the servos of an SO-101 arm",

@@ -1,7 +1,7 @@
 """Which candidates these runs cannot tell from the ones that were named."""
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from gap.diagnosis.probability import RivalCause
 from gap.residuals.evidence import Evidence
 from gap.search.cross_validation import CLEAR_ERRORS
 from gap.search.fit import ENOUGH_SEPARATION, Fitted, energy_left
-from gap.search.look import Selection
+from gap.search.look import Selection, Step
 from model.values.arrays import FloatArray
 
 MOST_OPEN = 2
@@ -21,10 +21,13 @@ class OpenRival(RivalCause):
     """A rival that cannot be ruled out.
 
     Attributes:
-        separation: Energy between what it and the named cause predict, in units of noise.
+        separation: Energy between what it and the named cause predict, in units of noise; NaN for one that
+            was not fitted.
+        tells: What would have to be measured, where nothing was between the two; else empty.
     """
 
     separation: float
+    tells: str = ""
 
     @property
     def looks_the_same(self) -> bool:
@@ -39,6 +42,8 @@ class OpenRival(RivalCause):
     @property
     def why(self) -> str:
         """Why it cannot be ruled out."""
+        if self.tells:
+            return f"nothing was measured between them: {self.tells}"
         if self.looks_the_same:
             return f"separation {self.separation:.2g}, {ENOUGH_SEPARATION:.0f} would tell"
         if self.predicts_as_well:
@@ -63,7 +68,7 @@ def open_rivals(
     """
     alternatives: list[OpenRival] = []
     named = {step.chosen.added.key for step in selection.steps}
-    for step, known in zip(selection.steps, rivals, strict=True):
+    for number, (step, known) in enumerate(zip(selection.steps, rivals, strict=True)):
         chosen = step.chosen.fitted
         weights = evidence.weights(chosen.residual)
         own = [
@@ -77,8 +82,25 @@ def open_rivals(
             for one in own
             if one.looks_the_same or one.predicts_as_well or one.behind < HIDDEN_SHARE * left_nats
         ]
-        alternatives += sorted(left_open, key=lambda one: one.behind)[:MOST_OPEN]
+        alike = [one for one in _alike(number, step, own) if _key(one) not in named]
+        keys = {_key(one) for one in alike}
+        left_open = [one for one in left_open if _key(one) not in keys]
+        alternatives += [*alike, *sorted(left_open, key=lambda one: one.behind)[:MOST_OPEN]]
     return tuple(alternatives)
+
+
+def _key(one: RivalCause) -> tuple[str, tuple[str, ...]]:
+    return one.effect, one.joints
+
+
+def _alike(number: int, step: Step, own: Sequence[OpenRival]) -> Iterator[OpenRival]:
+    """Yield what nothing that was measured lies between, fitted or not."""
+    effect, joints = step.chosen.added.effect, step.chosen.added.joints
+    fitted = {_key(one): one for one in own}
+    nothing = (np.nan, np.nan, np.nan)
+    for name in effect.alike:
+        unknown = OpenRival(number, name, joints, *nothing, step.chosen.added.key, np.nan)
+        yield replace(fitted.get((name, joints), unknown), tells=effect.tells)
 
 
 def separation(of: Fitted, by: Fitted, weights: FloatArray) -> float:

@@ -1,11 +1,19 @@
 """Causes against held-out runs: one that makes them worse is not named."""
 
+from collections.abc import Iterator
+
+import numpy as np
+
+from gap.constants import HELD_OUT_ADDS
 from gap.diagnosis.gap_evidence import GapEvidence
 from gap.diagnosis.how_far import HowFar, how_far
-from gap.search.cross_validation import unseen_score
+from gap.search.cross_validation import CLEAR_ERRORS, unseen_score
 from gap.search.fit import fit_causes
-from gap.search.look import Selection
+from gap.search.look import Selection, Step
+from gap.search.options import fit_option
 from gap.search.replacement import without
+
+RIVALS = 2  # of a cause, that are tried in its place
 
 
 def drop_worse(
@@ -13,15 +21,71 @@ def drop_worse(
 ) -> tuple[Selection, HowFar]:
     """Drop the causes without which held-out runs are clearly predicted better, the worst first.
 
+    Where no references say how runs scatter, so are causes that together predict them worse than none (a
+    rival that fits as well is tried in their place), and one that adds next to nothing to the others.
     Returns the causes that are left, fitted again, and how far the gap shrinks with them. Where one was
     dropped, held-out runs have had a say in which causes are named, not in their sizes.
     """
     far = how_far(comparison.held, selection.fitted.causes, seed)
-    while any(far.worse):
-        at = min((i for i, worse in enumerate(far.worse) if worse), key=lambda i: far.last[i])
-        fitted = fit_causes(comparison.evidence, without(selection.fitted.causes, at))
-        steps = (*selection.steps[:at], *selection.steps[at + 1 :])
-        unseen = unseen_score(comparison.evidence, fitted)
-        selection = Selection(fitted, unseen, steps, selection.p)
+    while selection.steps:
+        alone = comparison.healthy is None
+        if alone and (any(far.worse) or far.after > far.before):
+            selection, far = _better(comparison, selection, far, seed)
+            continue
+        at = _idle(far) if alone else _worst(far)
+        if at is None:
+            break
+        selection = _left_out(comparison, selection, at)
         far = how_far(comparison.held, selection.fitted.causes, seed)
     return selection, far
+
+
+def _worst(far: HowFar) -> int | None:
+    """Number of the cause without which held-out runs are clearly predicted better by most."""
+    return min(
+        (i for i, one in enumerate(far.worse) if one), key=lambda i: far.last[i], default=None
+    )
+
+
+def _idle(far: HowFar) -> int | None:
+    """Number of the cause that adds least to the others on held-out runs, if that is next to nothing."""
+    known = [(last, at) for at, last in enumerate(far.last) if np.isfinite(last)]
+    least, at = min(known, default=(np.inf, 0))
+    return at if len(far.last) > 1 and least < HELD_OUT_ADDS else None
+
+
+def _better(
+    comparison: GapEvidence, selection: Selection, far: HowFar, seed: int
+) -> tuple[Selection, HowFar]:
+    """Return the best of those with one cause less, or another in its place: two may be worse together."""
+    others = [
+        (one, how_far(comparison.held, one.fitted.causes, seed))
+        for one in _changed(comparison, selection)
+    ]
+    fewer = [pair for pair in others if len(pair[0].steps) < len(selection.steps)]
+    replaced = [pair for pair in others if pair not in fewer and pair[1].after < far.after]
+    return min((*fewer, *replaced), key=lambda pair: pair[1].after)
+
+
+def _changed(comparison: GapEvidence, selection: Selection) -> Iterator[Selection]:
+    """Yield the selection without each of its causes, and with a rival that fits as well in its place."""
+    for at, step in enumerate(selection.steps):
+        yield _left_out(comparison, selection, at)
+        causes = selection.fitted.causes
+        taken = {(one.effect, one.joints) for one in causes}
+        for rival in step.rivals[:RIVALS]:
+            if rival.added.key in taken:
+                continue
+            start = (*causes[:at], rival.cause, *causes[at + 1 :])
+            option = fit_option(comparison.evidence, rival.added, start, selection.unseen)
+            if -option.over.nats < CLEAR_ERRORS * option.over.error:
+                others = tuple(one for one in step.rivals if one is not rival)
+                kept = Step(option, (step.chosen, *others))
+                steps = (*selection.steps[:at], kept, *selection.steps[at + 1 :])
+                yield Selection(option.fitted, option.unseen, steps, selection.p)
+
+
+def _left_out(comparison: GapEvidence, selection: Selection, at: int) -> Selection:
+    fitted = fit_causes(comparison.evidence, without(selection.fitted.causes, at))
+    steps = (*selection.steps[:at], *selection.steps[at + 1 :])
+    return Selection(fitted, unseen_score(comparison.evidence, fitted), steps, selection.p)

@@ -100,12 +100,17 @@ def chances(
     out = []
     for i, step in enumerate(selection.steps):
         behinds = [advantage(step.chosen.unseen, one.unseen, strata) for one in step.rivals]
-        weights = []
-        for behind in behinds:
+        weights, alike = [], step.chosen.added.effect.alike
+        fitted = {one.added.effect.name for one in step.rivals}
+        unfitted = sum(name not in fitted for name in alike)
+        for one, behind in zip(step.rivals, behinds, strict=True):
+            if one.added.effect.name in alike:  # no fit can tell them apart
+                weights.append(1.0)
+                continue
             scale = TEMPERATURE + ERROR_SHARE * behind.error
             scale += MISFIT_SHARE * left_nats
             weights.append(math.exp(-max(min(behind.nats / scale, 700.0), 0.0)))
-        share = (1.0 - none) / (1.0 + sum(weights))
+        share = (1.0 - none) / (1.0 + sum(weights) + unfitted)
         of = step.chosen.added.key
         rivals = tuple(
             RivalCause(i, *one.added.key, share * weight, behind.nats, behind.error, of)

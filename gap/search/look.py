@@ -80,6 +80,7 @@ class Search:
             there are no references.
         rounds: Most steps of a fit.
         least_gain: Share of the whole score that a cause must gain where there are no references.
+        pairs: Whether two causes are tried together where there are no references and no one is worth it.
     """
 
     shortlist: int = SHORTLIST
@@ -87,6 +88,7 @@ class Search:
     least_share: float = LEAST_SHARE
     rounds: int = ROUNDS
     least_gain: float = 0.0
+    pairs: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

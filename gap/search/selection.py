@@ -13,11 +13,12 @@ from gap.search.cross_validation import advantage, unseen_score
 from gap.search.fit import fit_causes
 from gap.search.look import Known, Look, Search, Selection, Step
 from gap.search.options import worth
+from gap.search.pairs import best_pair
 from gap.search.replacement import replaced, without
 from gap.search.screen import Signatures, make_signatures
 from model.values.arrays import FloatArray
 
-WHOLE_SEARCH = Search()
+WHOLE_SEARCH = Search(pairs=True)
 IDLE = 1e-6  # of a parameter's spread
 # Energy over expectation, little more than that of healthy runs, below which old signatures are kept.
 NOTHING_LEFT = 1.2
@@ -79,6 +80,8 @@ def _forward(
                 evidence, candidates, selection.fitted.causes, lambda _: None
             )
         progress(len(selection.steps) / look.search.most)
+    if look.search.pairs and not selection.steps and look.known is None:
+        selection = best_pair(look, selection, signatures) or selection
     return selection, signatures
 
 

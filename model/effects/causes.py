@@ -49,6 +49,9 @@ class Effect:
         physics: One sentence: what happens in the world.
         remedy: One sentence: what a person would check or change.
         parts: Names of what it touches one of; empty for the joints of its machine.
+        alike: Effects that no run of this kind can tell it from, whatever the fits say, because nothing was
+            measured between them; with
+        tells: what would.
         each: Joints that have numbers of their own in an effect of all of them at once
             (``at_every_joint``), in the order of its parameters; empty for any other.
     """
@@ -60,6 +63,8 @@ class Effect:
     physics: str
     remedy: str
     parts: tuple[str, ...] = field(default=(), kw_only=True)
+    alike: tuple[str, ...] = field(default=(), kw_only=True)
+    tells: str = field(default="", kw_only=True)
     each: tuple[str, ...] = field(default=(), kw_only=True)
 
     def named(self, values: Sequence[float]) -> dict[str, float]:
@@ -90,6 +95,7 @@ def at_every_joint(effect: Effect, joints: Sequence[str]) -> Effect:
         name=effect.name + EVERY_JOINT,
         parameters=parameters,
         scopes=(Scope.ALL,),
+        alike=tuple(one + EVERY_JOINT for one in effect.alike),
         each=tuple(joints),
     )
 

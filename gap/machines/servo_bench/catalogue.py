@@ -4,7 +4,7 @@ Ratios are neutral at 1, everything else at what the nominal servo has: added fr
 ``gravity_droop`` is the give of the whole position loop under its load.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from gap.interfaces import Effect, Parameter, Scope
 from gap.machines.servo_bench.kernel import ServoNumbers
@@ -162,3 +162,26 @@ def added(p: ServoNumbers, effect: BenchEffect, values: tuple[float, ...]) -> Se
             new = {"+": old + value, "*": old * value, "<": min(old, value), "=": value}[how]
         p = p._replace(**{place: new})
     return p
+
+
+MOTOR_CONSTANTS = ("supply_voltage", "torque_constant", "winding_resistance")
+
+
+def told_apart(effect: BenchEffect, logged: frozenset[str]) -> BenchEffect:
+    """Return an effect with those that it cannot be told from, as far as the loop was logged.
+
+    The shaft sees gain, voltage, torque constant and resistance as one product; the duty parts the gain
+    from the motor, the current the voltage from the winding.
+
+    Args:
+        effect: Of the catalogue.
+        logged: Fields of a trial that were measured, of ``pwm`` and ``current_a``.
+    """
+    group: tuple[str, ...] = ()
+    if not logged:
+        group, tells = ("controller_gain", *MOTOR_CONSTANTS), "log the duty (pwm_J) or the current"
+    elif "pwm" not in logged:
+        group, tells = ("controller_gain", "supply_voltage"), "log the duty (pwm_J)"
+    if effect.name not in group:
+        return effect
+    return replace(effect, alike=tuple(one for one in group if one != effect.name), tells=tells)

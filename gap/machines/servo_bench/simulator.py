@@ -15,7 +15,16 @@ from gap.data.even_grid import EvenTrial, even_trial
 from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation, check_causes
 from gap.machine_kinds import MachineKind
 from gap.machines.servo_bench import kernel as k
-from gap.machines.servo_bench.catalogue import ANY, BY_NAME, CATALOGUE, IDEAL, MOTOR, STAGES, added
+from gap.machines.servo_bench.catalogue import (
+    ANY,
+    BY_NAME,
+    CATALOGUE,
+    IDEAL,
+    MOTOR,
+    STAGES,
+    added,
+    told_apart,
+)
 from gap.machines.servo_bench.check import believable, check_bench
 from gap.machines.servo_bench.kernel import UNLIMITED_RAD_S, ServoNumbers
 from gap.machines.servo_bench.machine import ServoJoint, nominal_servos, with_causes
@@ -35,20 +44,32 @@ SETTLE_S = 0.1  # the servo's state before the trial is not known
 class ServoBench:
     """Implements ``gap.interfaces.Simulator`` for nominal servos.
 
-    ``torque_known`` is whether the trials have a signed torque at the shafts.
+    Args:
+        servos: The nominal servos.
+        torque_known: Whether the trials have a signed torque at the shafts.
+        logged: Which of the fields ``pwm`` and ``current_a`` the trials have.
     """
 
     name = "servo_bench"
     stages = STAGES
     bodies: tuple[str, ...] = ()
 
-    def __init__(self, servos: tuple[ServoJoint, ...], torque_known: bool = False) -> None:
+    def __init__(
+        self,
+        servos: tuple[ServoJoint, ...],
+        torque_known: bool = False,
+        logged: frozenset[str] = frozenset({"pwm", "current_a"}),
+    ) -> None:
         self.servos = servos
         kinds = {IDEAL if joint.ideal else MOTOR for joint in servos} | {ANY}
         loaded = torque_known or any(joint.numbers.load_kg_m > 0 for joint in servos)
         lacking = "no load" if loaded else "torque"
         self.joints = tuple(joint.name for joint in servos)
-        of_one = tuple(one for one in CATALOGUE if one.servos in kinds and one.needs != lacking)
+        of_one = tuple(
+            told_apart(one, logged)
+            for one in CATALOGUE
+            if one.servos in kinds and one.needs != lacking
+        )
         several = self.joints if len(self.joints) > 1 else ()
         of_all = tuple(at_every_joint(one, several) for one in of_one if several)
         self.effects: tuple[Effect, ...] = (*of_one, *of_all)
@@ -201,7 +222,12 @@ def servo_bench(trials: Sequence[Trial]) -> ServoBench:
         GapError: Their machine's file does not describe servos.
     """
     signed = any(bool(np.nanmin(t.torque_nm, initial=0.0) < 0.0) for t in trials)
-    return ServoBench(nominal_servos(trials[0]), torque_known=signed)
+    logged = frozenset(
+        name
+        for name in ("pwm", "current_a")
+        if any(bool(np.isfinite(getattr(one, name)).any()) for one in trials)
+    )
+    return ServoBench(nominal_servos(trials[0]), signed, logged)
 
 
 BENCH = MachineKind(servo_bench, apply=with_causes, propose=propose_motions)
