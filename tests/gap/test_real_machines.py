@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.real_machines import COUNT_RAD, Found, alone, bring_in, diagnose, sources
+from benchmarks.real_xl330 import GAINS, of_gain, published, without_duty
 from robot.cli import main as cli
 
 FOLDER = os.environ.get("BIGANT_SHARED_DATA", "")
@@ -98,3 +99,43 @@ def test_the_cube_slides_by_coulombs_law(tmp_path: Path) -> None:
     assert found["causes"][0]["effect"] == "coulomb_friction"
     slowing = next(c for c in found["channels"] if c["channel"] == "deceleration")
     assert slowing["after"] < 0.4 * slowing["before"]
+
+
+@pytest.mark.slow
+def test_one_call_over_four_gains_names_the_published_gain(tmp_path: Path) -> None:
+    """The firmware divides by 256 where the manual says 128; the gearbox's friction grows with its load."""
+    trials = bring_in(Path(FOLDER), "xl330", tmp_path)
+    judges = ("--hold-out", "trajectory=lift_and_drop", "--hold-out", "trajectory=sin_time_square")
+    found = diagnose(trials, tmp_path / "page.html", *judges)
+    assert found["data_faults"] == []
+    first, second = found["causes"][:2]
+    assert (first["effect"], second["effect"][-13:]) == ("controller_gain", "load_friction")
+    assert first["parameters"]["ratio"] == pytest.approx(0.5, abs=0.03)
+    assert all(one["probability"] <= 0.5 for one in found["causes"][2:])
+    shaft = found["channels"][0]
+    assert shaft["after"] < 0.4 * shaft["before"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gain", GAINS)
+def test_gain_and_motor_are_indistinguishable_without_the_duty(gain: int, tmp_path: Path) -> None:
+    files = map(str, sorted((Path(FOLDER) / "xl330_pendulum").glob(f"kp{gain}_*.parquet")))
+    words = ["import", *files, "--map", str(without_duty(tmp_path)), "--out", str(tmp_path / "t")]
+    assert cli.run(words) == 0
+    found = diagnose(of_gain(tmp_path / "t", gain), tmp_path / "page.html")
+    motor = {"supply_voltage", "torque_constant", "winding_resistance"}
+    alike = [set(pair) for pair in found["ambiguous_with"]]
+    assert found["verdict"] == "ambiguous"
+    assert any("controller_gain" in pair and pair & motor for pair in alike)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gain", GAINS)
+def test_load_friction_that_motor_constants_hide_is_named(gain: int, tmp_path: Path) -> None:
+    files = map(str, sorted((Path(FOLDER) / "xl330_pendulum").glob(f"kp{gain}_*.parquet")))
+    words = ["import", *files, "--map", str(published(tmp_path)), "--out", str(tmp_path / "t")]
+    assert cli.run(words) == 0
+    found = diagnose(of_gain(tmp_path / "t", gain), tmp_path / "page.html")
+    assert any(one["effect"].endswith("load_friction") for one in found["causes"])
+    shaft = found["channels"][0]
+    assert shaft["after"] < shaft["before"]

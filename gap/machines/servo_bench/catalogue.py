@@ -167,7 +167,7 @@ def added(p: ServoNumbers, effect: BenchEffect, values: tuple[float, ...]) -> Se
 MOTOR_CONSTANTS = ("supply_voltage", "torque_constant", "winding_resistance")
 
 
-def told_apart(effect: BenchEffect, logged: frozenset[str]) -> BenchEffect:
+def with_alike(effect: BenchEffect, logged: frozenset[str]) -> BenchEffect:
     """Return an effect with those that it cannot be told from, as far as the loop was logged.
 
     The shaft sees gain, voltage, torque constant and resistance as one product; the duty parts the gain

@@ -23,7 +23,7 @@ from gap.machines.servo_bench.catalogue import (
     MOTOR,
     STAGES,
     added,
-    told_apart,
+    with_alike,
 )
 from gap.machines.servo_bench.check import believable, check_bench
 from gap.machines.servo_bench.kernel import UNLIMITED_RAD_S, ServoNumbers
@@ -66,7 +66,7 @@ class ServoBench:
         lacking = "no load" if loaded else "torque"
         self.joints = tuple(joint.name for joint in servos)
         of_one = tuple(
-            told_apart(one, logged)
+            with_alike(one, logged)
             for one in CATALOGUE
             if one.servos in kinds and one.needs != lacking
         )
