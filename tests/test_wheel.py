@@ -90,7 +90,8 @@ def test_drive_show_import_and_diagnose_work_in_an_empty_folder(site: Path, lab:
     assert "kept" in bigant(site, lab, "import", "run0.parquet", "--out", "imported.mcap")
     runs = ["run0.parquet", "--reference", "run1.parquet"]
     printed = bigant(site, lab, "gap", "diagnose", *runs, "--jobs", "2", verdict=True)
-    assert printed.splitlines()[0] in {"NO GAP", "EXPLAINED", "AMBIGUOUS", "UNEXPLAINED"}
+    verdicts = {"NO GAP", "EXPLAINED", "AMBIGUOUS", "UNEXPLAINED"}
+    assert len(verdicts & set(printed.splitlines())) == 1
 
 
 def test_an_example_runs_where_it_is_copied_to(site: Path, lab: Path) -> None:

@@ -284,7 +284,7 @@ def test_a_worn_spring_is_named_from_trials_in_memory(tmp_path: Path) -> None:
     ratio, error = report.parameters["leg_stiffness MR"]["ratio"]
     assert abs(ratio - 0.69) < 3 * error < 0.15
     assert repr(report).startswith("EXPLAINED\nThe simulator lacks leg_stiffness at MR")
-    assert "(run 1); floor from references" in repr(report)
+    assert "(run 1); baseline from references" in repr(report)
     report.save(tmp_path / "gap.json")
     assert json.loads((tmp_path / "gap.json").read_text())["references"] == 3
     report.save(tmp_path / "gap.html")
