@@ -14,7 +14,7 @@ import numpy as np
 
 from drivers.dynamixel.registers import OperatingMode
 from drivers.dynamixel.units import DUTY_FULL, TICK_RAD, VELOCITY_UNIT_RAD_S
-from model.compiled import compiled
+from model.compiled import NUMBER, compile_for, compiled, given, out
 from model.values.arrays import BoolArray, FloatArray
 from sim_hw.dynamixel.goal_path import GoalPath
 from sim_hw.plant.structure import REGISTER_LOOP, LoopKind, ServoLoop
@@ -202,9 +202,8 @@ class FirmwareBank:
         self.servos["position_p_gain"] = 850.0
         self.servos["pwm_limit"] = self.servos["goal_pwm"] = DUTY_FULL
         self.goal_path: GoalPath | None = None
-        # machine code is loaded here: a servo that is asked must not wait for it
-        none = np.zeros(0)
-        _duties(self.servos[:0], none, none, none, none, 1e-3, none)
+        # machine code is made here: a servo that is asked must not wait for it
+        compile_for(_duties, self.servos, *given(1, 1, 1, 1), NUMBER, *out(1))
 
     @property
     def driven(self) -> BoolArray:
@@ -224,9 +223,8 @@ class FirmwareBank:
         self, ticks: FloatArray, rate_rad_s: FloatArray, current_a: FloatArray, dt_s: float
     ) -> FloatArray:
         """Return the PWM duty of each servo, -1 to 1; 0 where torque is off."""
-        goal = self.goal_position
-        if self.goal_path is not None:
-            goal = self.goal_path.advance(goal)
+        path = self.goal_path
+        goal = self.goal_position.copy() if path is None else path.advance(self.goal_position)
         output = np.empty(len(ticks))
         _duties(self.servos, goal, ticks, rate_rad_s, current_a, dt_s, output)
         return output

@@ -9,7 +9,7 @@ import math
 import mujoco
 import numpy as np
 
-from model.compiled import compiled
+from model.compiled import COUNT, NUMBER, compile_for, compiled, given, out
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from sim_hw.plant.parameters import PlantParameters
 
@@ -87,6 +87,12 @@ def foot_velocities(
         for i in range(3):
             slide = rotation[i, 0] * x + rotation[i, 1] * y + rotation[i, 2] * z
             velocity[k, i] += rate[i] + slide
+
+
+def prepare() -> None:
+    """Load or make the machine code, so that no step waits for it."""
+    compile_for(surface, NUMBER, *given(1, 1, 1, 1, 1, 2, 2), *out(1, 1))
+    compile_for(foot_velocities, *given(1), *given(2, kind=COUNT), *given(2, 2), *out(2))
 
 
 def surface_settings(plant: PlantParameters) -> FloatArray:

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from model.compiled import compiled
+from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, given, out
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from sim_hw.plant.leg_path import leg_point
 from sim_hw.plant.motor import (
@@ -164,3 +164,11 @@ def turn_legs(
         drawn += abs(level * leg[CURRENT])
     for k in range(len(duty)):
         state[k, SUPPLY] = motors[k, BATTERY_V] - motors[k, BATTERY_RESISTANCE] * drawn
+
+
+def prepare() -> None:
+    """Load or make the machine code, so that no step waits for it."""
+    compile_for(
+        turn_legs, NUMBER, COUNT, *given(2, 2, 2), *out(2), *given(1), *given(1, kind=FLAG),
+        *given(2, 2, 1, kind=COUNT), *given(1, 1), *out(1),
+    )  # fmt: skip

@@ -12,6 +12,7 @@ import numpy as np
 from model.errors import ModelError
 from model.values.arrays import BoolArray, FloatArray, readonly
 from model.values.readings import BodyTruth
+from sim_hw.plant import foot_surface, leg_kernel
 from sim_hw.plant.ballast import (
     TEST_FROM_M_S,
     TEST_HOLD,
@@ -70,14 +71,17 @@ class Plant:
     """
 
     def __init__(self, parameters: PlantParameters, seed: int = 0) -> None:
+        foot_surface.prepare()
+        leg_kernel.prepare()
         p = self.parameters = parameters
         legs = range(p.legs)
         model = self.model = build_model(p)
         data = self.data = mujoco.MjData(model)
         self._qpos, self._qvel, self._applied = data.qpos, data.qvel, data.qfrc_applied
         axes = [[f"{axis}_{k}" for axis in "xyz"] for k in legs]
-        self._foot_q = np.array([[model.joint(n).qposadr[0] for n in names] for names in axes])
-        self._foot_v = np.array([[model.joint(n).dofadr[0] for n in names] for names in axes])
+        joints = [[model.joint(name) for name in names] for names in axes]
+        self._foot_q = np.array([[int(one.qposadr[0]) for one in leg] for leg in joints])
+        self._foot_v = np.array([[int(one.dofadr[0]) for one in leg] for leg in joints])
         # the contacts' force on the slides is the ground's on the feet, body axes; a view where it can be
         ends = int(self._foot_v.min()), int(self._foot_v.max()) + 1
         together = np.array_equal(self._foot_v.ravel(), np.arange(*ends))
