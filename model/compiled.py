@@ -1,8 +1,8 @@
 """Compilation of the hot path with numba, where numba is installed.
 
 Without it the same functions run as plain Python, a few hundred times slower; ``COMPILED`` says which
-it is, and ``bigant --version`` shows it. The first call of a process loads machine code from a cache beside
-the modules; only the very first one on a machine compiles.
+it is, and ``bigant --version`` shows it. The first call of a process loads machine code from the user's
+cache (``kernel_cache``); only the very first one on a machine compiles.
 """
 
 import hashlib
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.compile_notice import notify
+from model.kernel_cache import KernelFiles, kernel_folder
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -75,10 +76,12 @@ def _compile(function: Function, fastmath: Any) -> Function:
             keep = False
         else:
             if keep:
-                # the compiler's own stamp is that of one file, and knows nothing of those it calls; as part
-                # of the version it is looked at before types are read, which may be gone
-                file, stamp = made._cache._cache_file, _stamp(function.__module__)
-                file._source_stamp, file._version = stamp, f"{file._version} {stamp}"
+                # the compiler's own stamp is that of one file, and knows nothing of those it calls
+                module = function.__module__
+                made._cache._cache_file = KernelFiles(
+                    f"{module}.{function.__qualname__}", _stamp(module), numba.__version__,
+                    kernel_folder(),
+                )  # fmt: skip
             typed: Function = made
             return typed
 

@@ -184,17 +184,6 @@ def test_without_a_compiler_it_gives_the_same(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not compiled.COMPILED, reason="numba is not installed")
-def test_machine_code_does_not_outlive_any_source_that_it_is_made_of() -> None:
-    from model.traction.coulomb_frame import coulomb_frame
-
-    kept = coulomb_frame._cache._cache_file  # type: ignore[attr-defined]
-    stamp = compiled._stamp("model.traction.coulomb_frame")
-    assert kept._source_stamp == stamp
-    assert kept._version.endswith(stamp), "looked at before any type is read"
-    assert len(stamp) == 64
-
-
-@pytest.mark.skipif(not compiled.COMPILED, reason="numba is not installed")
 @pytest.mark.parametrize("module", ["model.estimator.frame_kernel", "sim_hw.plant.leg_kernel"])
 def test_the_sources_of_a_kernel_are_all_that_an_interpreter_loads_for_it(module: str) -> None:
     """Importing the module alone loads no module of these packages that its stamp does not know."""

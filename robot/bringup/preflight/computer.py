@@ -12,10 +12,10 @@ import shutil
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
+from model.kernel_cache import kernel_folder
 from record.log.header import NOT_INSTALLED, version_of
 from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned
 from robot.console.installed import how_to_install
@@ -270,13 +270,12 @@ def cache_finding(folder: Path | None = None) -> Finding:
     """Judge whether compiled code of the model can be kept between runs.
 
     Args:
-        folder: The model's folder; by default where it is installed.
+        folder: Where it is kept; by default ``model.kernel_cache.kernel_folder``.
     """
     name = "compiler cache"
     if find_spec("numba") is None:
         return warned(name, "numba is missing", SLOW)
-    chosen = os.environ.get("NUMBA_CACHE_DIR")
-    place = Path(chosen) if chosen else (folder or Path(str(files("model")))) / "__pycache__"
+    place = folder or Path(kernel_folder())
     if os.access(_existing(place), os.W_OK):
         return passed(name, f"{place} can be written")
     return warned(
