@@ -2,7 +2,8 @@
 
 ``python -m benchmarks.odometry_bars FOLDER`` judges the walks of ``benchmarks.odometry_worlds``, each with
 and without forces and with and without a yaw gyro; an encoder that dies in a world is dead in all four.
-``--faults`` makes walks with one large fault each and prints what is noticed.
+``--realities`` judges healthy robots that are built differently, each in a row of its own. ``--faults``
+makes walks with one large fault each and prints what is noticed.
 """
 
 import argparse
@@ -16,7 +17,14 @@ import numpy as np
 from scipy.stats import chi2
 
 from benchmarks.odometry_walks import GAITS, walk_without_bytes
-from benchmarks.odometry_worlds import JUDGED_SEEDS, imu_of, world_log, world_of
+from benchmarks.odometry_worlds import (
+    JUDGED_SEEDS,
+    World,
+    config_of,
+    imu_of,
+    world_log,
+    worlds_of,
+)
 from model.values.arrays import BoolArray, FloatArray
 from model.values.estimate import SOURCES, Health
 from record.log.reader import StampedTick, read_log, read_stamped_ticks
@@ -60,8 +68,7 @@ class Judged:
     """One walk by one mode.
 
     Attributes:
-        seed: World.
-        gait: Gait.
+        world: What the robot and its ground really are.
         mode: What the estimator was given.
         ok: Share of ticks called ok.
         nees: Of velocity and pose over the ticks called ok, (2,); NaN without any.
@@ -74,8 +81,7 @@ class Judged:
         step_us: Median time of a step.
     """
 
-    seed: int
-    gait: str
+    world: World
     mode: Mode
     ok: float
     nees: FloatArray
@@ -88,17 +94,17 @@ class Judged:
     step_us: float
 
 
-def judge(folder: Path, seed: int) -> list[Judged]:
-    """Judge the walk of a world by all modes."""
-    config = load_robot()
-    world, path = world_of(seed, config), world_log(folder, seed)
+def judge(folder: Path, world: World) -> list[Judged]:
+    """Judge the walk of a world by all modes; without force sensors only by those without forces."""
+    config, path = config_of(world), world_log(folder, world)
     log, items = read_log(path), list(read_stamped_ticks(path))
     span = walking_part(log)
     dies = span.stop if world.dead_leg < 0 else span.start + int(
         world.dead_share * (span.stop - span.start)
     )  # fmt: skip
     judged = []
-    for mode in MODES:
+    forces = bool(np.isfinite(log.force_n).any())
+    for mode in (one for one in MODES if forces or not one.forces):
         tracker = Tracker(config, no_forces=not mode.forces, no_imu=not mode.gyro)
         for number, item in enumerate(items):
             tracker.take(without_encoder(item, world.dead_leg) if number >= dies else item)
@@ -114,7 +120,7 @@ def judge(folder: Path, seed: int) -> list[Judged]:
         used = found.track.column(lambda e: e.source_dof).sum(axis=0)
         squared = np.nansum(found.track.column(lambda e: e.source_nis), axis=0)
         judged.append(Judged(
-            seed, world.gait, mode, float(ok.mean()), np.array(both),
+            world, mode, float(ok.mean()), np.array(both),
             np.array([part.mean() > OUTSIDE for part in stretches(outside)]),
             np.array([part.mean() < 0.5 for part in stretches(ok)]),
             np.array([span.start + (k + 1) * STRETCH > dies for k in range(len(stretches(ok)))]),
@@ -190,6 +196,23 @@ def lines_of(rows: Sequence[Judged]) -> Iterator[str]:
     yield f"  step: median {np.median([one.step_us for one in rows]):.0f} us"
 
 
+def reality_lines(rows: Sequence[Judged]) -> Iterator[str]:
+    """Sum up each walk in a row of a Markdown table, those of a reality together."""
+    yield (
+        "reality, gait | given | ok | NEES of velocity, pose | bad stretches, doubted; "
+        "good ones doubted | vx, vy, yaw rate RMSE over the open loop's"
+    )
+    yield "---|---|---|---|---|---"
+    for one in sorted(rows, key=lambda row: (row.world.reality, row.world.gait)):
+        bad, doubted = one.bad, one.doubted
+        yield (
+            f"{one.world.reality}, {one.world.gait} | {one.mode.name} | {100 * one.ok:.0f} % | "
+            f"{one.nees[0]:.1f}, {one.nees[1]:.1f} | {bad.sum()} of {len(bad)}, "
+            f"{(bad & doubted).sum()}; {(~bad & doubted).sum()} | "
+            + ", ".join(f"{share:.0f}" for share in one.of_naive) + " %"
+        )  # fmt: skip
+
+
 def noticed(fault: str, gait: str) -> str:
     """Walk with one large fault and say what the estimator says of it."""
     config = load_robot()
@@ -213,6 +236,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("seeds", type=int, nargs="*")
+    parser.add_argument(
+        "--realities", action="store_true", help="robots that are built differently"
+    )
     parser.add_argument("--faults", action="store_true", help="one large fault a walk")
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
@@ -224,12 +250,15 @@ def main() -> None:
             return
         if options.folder is None:
             parser.error("name the folder that benchmarks.odometry_worlds made")
-        seeds = tuple(options.seeds) or JUDGED_SEEDS
-        walks = pool.starmap(judge, [(options.folder, seed) for seed in seeds], chunksize=1)
+        worlds = worlds_of(options.seeds, realities=options.realities, default=JUDGED_SEEDS)
+        walks = pool.starmap(judge, [(options.folder, world) for world in worlds], chunksize=1)
         rows = [one for walk in walks for one in walk]
+    if options.realities:
+        print(*reality_lines(rows), sep="\n")
+        return
     for gait in GAITS:
         for mode in MODES:
-            part = [one for one in rows if one.gait == gait and one.mode == mode]
+            part = [one for one in rows if one.world.gait == gait and one.mode == mode]
             if part:
                 print(
                     f"{gait}, {mode.name}, {len(part)} walks", *lines_of(part), sep="\n", flush=True

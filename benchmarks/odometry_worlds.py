@@ -5,10 +5,12 @@ legs, centre of mass, slope of the ground, delay of the forces, and in some worl
 the way. The estimator is given the robot file. Walks are kept as logs in a folder, as
 ``benchmarks.odometry_walks`` makes them; ``benchmarks.odometry_bars`` judges them.
 
-``python -m benchmarks.odometry_worlds FOLDER`` makes them all.
+``python -m benchmarks.odometry_worlds FOLDER`` makes them all; ``--realities`` makes walks of healthy
+robots that are built differently (``bigant sim realities``), which nothing was tuned on.
 """
 
 import argparse
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +20,10 @@ from benchmarks.odometry_walks import GAITS, kept_log, walk_without_bytes
 from model.kinematics.legs import leg_kinematics
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.virtual.file_twin import nominal_twin
+from robot.virtual.reality_robot import robot_in
 from sim_hw.assumed import ImuAssumed
+from sim_hw.realities.catalogue import REALITIES, find_reality
+from sim_hw.realities.reality import real_twin
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import TwinEffect, apply_effects
 from sim_hw.twin.twin import Twin
@@ -34,7 +39,8 @@ ANISOTROPY = 0.3
 CYCLES = 4.0
 DEAD_EVERY = 6  # one world in so many loses an encoder
 TUNING_SEEDS = tuple(range(700, 724))
-JUDGED_SEEDS = tuple(range(100, 164))
+JUDGED_SEEDS = tuple(range(300, 364))
+REALITY_SEEDS = (400,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +53,7 @@ class World:
         effects: How the robot and its ground differ from the robot file.
         dead_leg: Leg whose encoder dies, -1 for none.
         dead_share: When it dies, as share of the walk.
+        reality: How the robot is built, as ``bigant sim realities`` names it; empty for the usual twin.
     """
 
     seed: int
@@ -54,6 +61,12 @@ class World:
     effects: tuple[TwinEffect, ...]
     dead_leg: int
     dead_share: float
+    reality: str = ""
+
+    @property
+    def name(self) -> str:
+        """Of its log."""
+        return f"{self.reality}_{self.gait}_{self.seed}" if self.reality else f"world_{self.seed}"
 
 
 def world_of(seed: int, config: RobotConfig) -> World:
@@ -90,8 +103,24 @@ def world_of(seed: int, config: RobotConfig) -> World:
     return World(seed, GAITS[seed % 2], tuple(effects), dead, float(draw.uniform(0.3, 0.7)))
 
 
+def reality_worlds(seeds: Sequence[int]) -> Iterator[World]:
+    """Return a healthy robot in each reality, walking both gaits, on the day of each seed."""
+    for one in REALITIES:
+        for gait in GAITS:
+            for seed in seeds:
+                yield World(seed, gait, (), -1, 1.0, one.name)
+
+
+def config_of(world: World) -> RobotConfig:
+    """Return the robot file that the estimator is given."""
+    config = load_robot()
+    return robot_in(find_reality(world.reality), config) if world.reality else config
+
+
 def twin_of(world: World, config: RobotConfig) -> Twin:
     """Return the robot that is really there."""
+    if world.reality:
+        return real_twin(find_reality(world.reality), config.parameters, world.seed)
     return apply_effects(nominal_twin(config, world.seed), world.effects, EFFECTS)
 
 
@@ -101,17 +130,25 @@ def imu_of(seed: int) -> ImuAssumed:
     return ImuAssumed(yaw_rate_bias_rad_s=bias, yaw_rate_noise_rad_s=0.004, tilt=False)
 
 
-def world_log(folder: Path, seed: int) -> Path:
+def world_log(folder: Path, world: World) -> Path:
     """Return the log of a world's walk, made if it is not there yet."""
 
     def make(path: Path) -> None:
-        config = load_robot()
-        world = world_of(seed, config)
+        config = config_of(world)
         walk_without_bytes(
-            config, world.gait, CYCLES, seed, path, twin=twin_of(world, config), imu=imu_of(seed)
-        )
+            config, world.gait, CYCLES, world.seed, path,
+            twin=twin_of(world, config), imu=imu_of(world.seed),
+        )  # fmt: skip
 
-    return kept_log(folder / f"world_{seed}.mcap", make)
+    return kept_log(folder / f"{world.name}.mcap", make)
+
+
+def worlds_of(seeds: Sequence[int], *, realities: bool, default: Sequence[int]) -> list[World]:
+    """Return the worlds that a command line asks for."""
+    if realities:
+        return list(reality_worlds(seeds or REALITY_SEEDS))
+    config = load_robot()
+    return [world_of(seed, config) for seed in seeds or default]
 
 
 def main() -> None:
@@ -119,9 +156,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("seeds", type=int, nargs="*")
+    parser.add_argument(
+        "--realities", action="store_true", help="robots that are built differently"
+    )
     options = parser.parse_args()
-    for seed in tuple(options.seeds) or (*TUNING_SEEDS, *JUDGED_SEEDS):
-        print(world_log(options.folder, seed), flush=True)
+    default = (*TUNING_SEEDS, *JUDGED_SEEDS)
+    for world in worlds_of(options.seeds, realities=options.realities, default=default):
+        print(world_log(options.folder, world), flush=True)
 
 
 if __name__ == "__main__":
