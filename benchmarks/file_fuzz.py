@@ -30,6 +30,7 @@ LONGEST_S = 30.0  # of processor time ...
 LONGEST_WALL_S = 120.0  # ... and on the clock of a busy machine
 MOST_BYTES = 1_000_000_000
 CODES = frozenset({0, 1, 2, 3, 4})
+ALONE = ("gap", "diagnose", "--alone", "FILE")
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,11 +105,11 @@ TARGETS = (
     Target("servo.toml", (*DRIVE, "--scenario", "FILE"), 0.2),
     Target("force.toml", (*LISTEN, "--scenario", "FILE")),
     Target("calibration.toml", (*LISTEN, "--calibration", "FILE"), 2.0),
-    Target("campaign.toml", ("sim", "campaign", "FILE", "--out", "OUT", "--jobs", "1"), 0.5),
+    Target("campaign.toml", ("campaign", "make", "FILE", "--out", "OUT", "--jobs", "1"), 0.5),
     Target("walk.mcap", ("log", "info", "FILE"), 2.0),
     Target("walk.mcap", ("log", "info", "FILE", "--json")),
     Target("walk.mcap", ("log", "repair", "FILE", "--out", "OUT.mcap"), 2.0),
-    Target("walk.mcap", ("log", "cut", "FILE", "--from", "0.5", "--to", "1", "--out", "OUT.mcap")),
+    Target("walk.mcap", ("log", "trim", "FILE", "--from", "0.5", "--to", "1", "--out", "OUT.mcap")),
     Target("walk.mcap", ("log", "merge", "walk.mcap", "FILE", "--out", "OUT.mcap")),
     Target("walk.mcap", ("log", "export", "FILE", "--format", "trial", "--out", "OUT.parquet")),
     Target("walk.mcap", ("log", "export", "FILE", "--format", "csv", "--out", "OUT.csv")),
@@ -122,14 +123,14 @@ TARGETS = (
     Target("walk.mcap", ("odom", "FILE", "--compare", "--out", "OUT.tum"), 1.0),
     Target("walk.mcap", ("sim", "render", "FILE", "--out", "OUT.png"), 0.5),
     Target("walk.mcap", ("view", "FILE", "--save", "OUT.mcap"), 0.5),
-    Target("walk.mcap", ("ft", "calibrate", "FILE", "--out", "OUT.toml"), 0.5),
+    Target("walk.mcap", ("force", "calibrate", "FILE", "--out", "OUT.toml"), 0.5),
     Target("walk.mcap", ("model", "sensitivity", "FILE", "--json"), 0.3),
     Target("trial.parquet", ("import", "FILE", "--out", "OUT.mcap"), 2.0),
     Target("trial.toml", ("import", "FILE", "--out", "OUT.mcap"), 2.0),
     Target("table.csv", ("import", "FILE", "--map", "map.toml", "--out", "OUT.mcap"), 2.0),
     Target("map.toml", ("import", "table.csv", "--map", "FILE", "--out", "OUT.mcap"), 2.0),
-    Target("trial.toml", ("gap", "alone", "FILE", "--effect", "friction_level", "--json"), 0.3),
-    Target("trial.parquet", ("gap", "alone", "FILE", "--effect", "friction_level", "--json"), 0.3),
+    Target("trial.toml", (*ALONE, "--effect", "friction_level", "--json"), 0.3),
+    Target("trial.parquet", (*ALONE, "--effect", "friction_level", "--json"), 0.3),
     Target("diagnosis.json", ("gap", "apply", "FILE", "--out", "OUT.toml", "--anyway")),
     Target("diagnosis.json", ("gap", "next", "FILE", "--json"), 0.3),
     Target("effects.py", ("gap", "effects", "--effects", "FILE"), 0.2),
@@ -152,8 +153,10 @@ def make_good_files(folder: Path, repository: Path) -> None:
     walk = ("drive", "--virtual-time", "--duration", "1.5", "--robot", "robot.toml")
     for name, more in (("walk", ()), ("bytes", ("--record-bytes",))):
         bigant(*walk, "--log", f"{name}_whole.mcap", *more)
-        bigant("log", "cut", f"{name}_whole.mcap", "--to", "3", "--out", f"{name}.mcap")
-    bigant("ft", "calibrate", "--hardware", "virtual", "--rounds", "1", "--out", "calibration.toml")
+        bigant("log", "trim", f"{name}_whole.mcap", "--to", "3", "--out", f"{name}.mcap")
+    bigant(
+        "force", "calibrate", "--hardware", "virtual", "--rounds", "1", "--out", "calibration.toml"
+    )
     bigant("log", "export", "walk.mcap", "--format", "trial", "--out", "trial.parquet")
     bigant("log", "export", "walk.mcap", "--format", "trial", "--out", "table.csv")
     (folder / "map.toml").write_text(_column_map(folder / "table.csv"), encoding="utf-8")

@@ -42,8 +42,8 @@ COMMANDS = (
     ("log", "export", "LOG", "--format", "trial", "--out", "DIR/trial.csv"),
     ("import", "DIR/trial.csv", "--out", "DIR/again.csv"),
     ("import", "DIR/trial.parquet", "--out", "DIR/again.mcap"),
-    ("log", "cut", "LOG", "--to", "60", "--out", "DIR/cut.mcap"),
-    ("log", "cut", "LOG", "--from", "1", "--out", "DIR/rest.mcap"),
+    ("log", "trim", "LOG", "--to", "60", "--out", "DIR/cut.mcap"),
+    ("log", "trim", "LOG", "--from", "1", "--out", "DIR/rest.mcap"),
     ("log", "repair", "LOG", "--out", "DIR/repaired.mcap"),
 )
 

@@ -73,9 +73,9 @@ def diagnose(trials: Sequence[str], out: Path, *more: str) -> Found:
 
 
 def alone(trials: Sequence[str], effects: Sequence[str], *more: str) -> dict[str, Found]:
-    """Run ``bigant gap alone``; return what each set of effects comes to."""
+    """Run ``bigant gap diagnose --alone``; return what each set of effects comes to."""
     words = [word for effect in effects for word in ("--effect", effect)]
-    found = json.loads(command(["gap", "alone", *trials, *words, *more, "--json"]))
+    found = json.loads(command(["gap", "diagnose", "--alone", *trials, *words, *more, "--json"]))
     return {"+".join(one["effects"]): one for one in found}
 
 

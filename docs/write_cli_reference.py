@@ -4,8 +4,10 @@ import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
+from robot.cli.commands import HEADINGS
 from robot.cli.examples import EXAMPLES
 from robot.cli.main import full_parser
+from robot.cli.old_names import LAST_VERSION, OLD_NAMES
 
 PAGE = Path(__file__).resolve().parent / "reference" / "cli.md"
 HEAD = """# Commands
@@ -19,7 +21,19 @@ def page() -> str:
     """Return the page."""
     parts = [HEAD]
     commands = list(_commands(full_parser(), ()))
-    parts += [f"- [`bigant {' '.join(words)}`](#{_anchor(words)})" for words, _, _ in commands]
+    for heading, names in HEADINGS.items():
+        links = [
+            f"[`{' '.join(words)}`](#{_anchor(words)})"
+            for name in names
+            for words, _, _ in commands
+            if words[0] == name
+        ]
+        parts.append(f"- **{heading.capitalize()}:** {', '.join(links)}")
+    parts.append(
+        f"\nNames of version 0.1 that still work in {LAST_VERSION}, with a line on stderr:\n"
+    )
+    parts += ["| before | now |", "|---|---|"]
+    parts += [f"| `bigant {old}` | `bigant {new}` |" for old, new in OLD_NAMES.items()]
     for words, parser, summary in commands:
         parts.append(_section(words, parser, summary))
     return "\n".join(parts) + "\n"

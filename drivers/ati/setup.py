@@ -88,6 +88,6 @@ def check_serials(
         if calibration is not None and serial and serial != calibration.serial:
             raise ForceStreamError(
                 f"the calibration file is of transducer {serial!r} on leg {leg}, but "
-                f"{calibration.serial!r} is there: calibrate again (bigant ft calibrate) or name another "
-                "file"
+                f"{calibration.serial!r} is there: calibrate again (bigant force calibrate) or name "
+                "another file"
             )

@@ -62,7 +62,7 @@ class UnitState:
         if biased := used & set(self.biased):
             sentence = (
                 f"device bias is on for transducer {_numbers(sorted(biased))}: forces count from "
-                "where they stood when it was switched on; switch it off with: bigant ft bias "
+                "where they stood when it was switched on; switch it off with: bigant force bias "
                 "--device-off"
             )
             concerns.append(("BIAS", sentence))

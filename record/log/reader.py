@@ -269,7 +269,7 @@ def damaged(path: Path, message: TopicMessage, error: Exception) -> RecordError:
     """Return the error for a message that cannot be taken apart."""
     return RecordError(
         f"{path}: message {message.sequence} of {message.topic} is damaged ({error}); leave its "
-        "part of the run out with bigant log cut"
+        "part of the run out with bigant log trim"
     )
 
 

@@ -112,7 +112,7 @@ def _check_fit(first: LogSurvey, second: LogSurvey) -> None:
     if overlap_s >= 0:
         raise RecordError(
             f"{first.path} and {second.path} overlap by {overlap_s:.2f} s; cut one of them first "
-            "(bigant log cut)"
+            "(bigant log trim)"
         )
 
 

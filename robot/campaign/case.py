@@ -66,7 +66,8 @@ def campaign_cases(folder: Path) -> tuple[CaseFiles, ...]:
     )
     if not cases:
         raise RecordError(
-            f"{folder} holds no campaign ({CASES}/NAME/trial_*.parquet); make one with: bigant sim campaign"
+            f"{folder} holds no campaign ({CASES}/NAME/trial_*.parquet); "
+            "make one with: bigant campaign make"
         )
     return cases
 

@@ -1,4 +1,4 @@
-"""``bigant gap check``: diagnose campaigns whose causes are withheld, then open the seals and count."""
+"""``bigant campaign score``: diagnose blind campaigns, then open the seals and count."""
 
 from concurrent.futures import Executor
 
@@ -23,10 +23,10 @@ from robot.campaign.score_text import score_lines, score_markdown
 from robot.campaign.visible import measure_visibility
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import check_json, give_json, to_stdout
-from robot.requests.gap import GapCheckRequest
+from robot.requests.campaign import CampaignScoreRequest
 
 
-def check_campaign(request: GapCheckRequest) -> ExitCode:
+def check_campaign(request: CampaignScoreRequest) -> ExitCode:
     """Diagnose, open the seal, count.
 
     Raises:
@@ -46,7 +46,7 @@ def check_campaign(request: GapCheckRequest) -> ExitCode:
         return _check_one(request, executor)
 
 
-def _check_one(request: GapCheckRequest, executor: Executor) -> ExitCode:
+def _check_one(request: CampaignScoreRequest, executor: Executor) -> ExitCode:
     files = files_of(request.campaign, no_references=request.no_references)
     reality = campaign_reality(request.campaign)
     scenario = None if request.scenario is None else read_scenario(request.scenario, reality)

@@ -1,4 +1,4 @@
-"""``bigant sim campaign``: the trials of a scenario file, made by many processes, and their labels."""
+"""``bigant campaign make``: the trials of a scenario file, made by many processes, and their labels."""
 
 import hashlib
 import secrets
@@ -32,13 +32,13 @@ from robot.campaign.seal import (
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.progress import ProgressBar
-from robot.requests.sim import SimCampaignRequest
+from robot.requests.campaign import CampaignMakeRequest
 from sim_hw.realities.catalogue import REALITIES, find_reality
 
 ALL = "all"
 
 
-def make_campaign(request: SimCampaignRequest) -> ExitCode:
+def make_campaign(request: CampaignMakeRequest) -> ExitCode:
     """Make what is missing of a campaign, or of one campaign a reality.
 
     Raises:
@@ -61,7 +61,7 @@ def make_campaign(request: SimCampaignRequest) -> ExitCode:
     return ExitCode.VERDICT_FAILED if any(one["failed"] for one in made) else ExitCode.OK
 
 
-def _plans(request: SimCampaignRequest) -> list[tuple[CampaignScenario, Path]]:
+def _plans(request: CampaignMakeRequest) -> list[tuple[CampaignScenario, Path]]:
     """Scenarios and their folders: one, or one a reality."""
     if request.reality is None:
         return [(read_scenario(request.scenario), request.out)]
@@ -70,7 +70,7 @@ def _plans(request: SimCampaignRequest) -> list[tuple[CampaignScenario, Path]]:
 
 
 def _make_one(
-    request: SimCampaignRequest, scenario: CampaignScenario, out: Path, executor: Executor
+    request: CampaignMakeRequest, scenario: CampaignScenario, out: Path, executor: Executor
 ) -> dict[str, object]:
     """Make one campaign; return what was done."""
     began_s, words = time.perf_counter(), sys.stderr if request.json else sys.stdout
@@ -112,7 +112,7 @@ def _make_one(
 
 
 def _labels(
-    request: SimCampaignRequest, scenario: CampaignScenario, folder: Path
+    request: CampaignMakeRequest, scenario: CampaignScenario, folder: Path
 ) -> tuple[bytes, str]:
     """Write the labels before any trial; return what everything follows from, and the seal's hash."""
     with writing(folder):

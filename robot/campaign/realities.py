@@ -1,4 +1,4 @@
-"""``bigant gap check --realities``: a campaign of each of several realities, one row each, the worst named.
+"""``bigant campaign score --realities``: a campaign of each reality, one row each, worst named.
 
 Constants of the probabilities are fitted on all realities but one and judged on that one, each in turn.
 """
@@ -26,10 +26,10 @@ from robot.campaign.case import CASES
 from robot.campaign.reality_text import reality_lines, reality_markdown
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import give_json, to_stdout
-from robot.requests.gap import GapCheckRequest
+from robot.requests.campaign import CampaignScoreRequest
 
 
-def check_realities(request: GapCheckRequest, executor: Executor) -> ExitCode:
+def check_realities(request: CampaignScoreRequest, executor: Executor) -> ExitCode:
     """Diagnose all campaigns of a folder, open their seals, count each for itself.
 
     Raises:
@@ -54,7 +54,7 @@ def check_realities(request: GapCheckRequest, executor: Executor) -> ExitCode:
 
 
 def _give(
-    request: GapCheckRequest,
+    request: CampaignScoreRequest,
     rows: Sequence[RealityFigures],
     left_out: tuple[Sequence[LeftOut], Sequence[LeftOut]],
     cases: Mapping[str, Sequence[CheckedCase]],
@@ -83,17 +83,18 @@ def _campaigns(folder: Path) -> dict[str, Path]:
     folders = {path.parent.name: path.parent for path in sorted(folder.glob(f"*/{CASES}"))}
     if not folders:
         raise RecordError(
-            f"{folder} holds no campaigns (NAME/{CASES}); make them with: bigant sim campaign --reality all"
+            f"{folder} holds no campaigns (NAME/{CASES}); "
+            "make them with: bigant campaign make --reality all"
         )
     return folders
 
 
-def _out(request: GapCheckRequest, folder: Path) -> Path:
+def _out(request: CampaignScoreRequest, folder: Path) -> Path:
     return folder / "answers" if request.out is None else request.out / folder.name
 
 
 def _counted(
-    request: GapCheckRequest, folder: Path, crashed: Mapping[str, object], executor: Executor
+    request: CampaignScoreRequest, folder: Path, crashed: Mapping[str, object], executor: Executor
 ) -> list[CheckedCase]:
     """Open the labels of one campaign and put its answers beside them."""
     every = files_of(folder, no_references=request.no_references)

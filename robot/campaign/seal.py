@@ -20,7 +20,7 @@ from robot.campaign.plan import CampaignCase
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
 from robot.console.json_output import json_text
-from robot.requests.sim import SimUnsealRequest
+from robot.requests.campaign import CampaignUnsealRequest
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import find_kind
 
@@ -129,7 +129,7 @@ def unseal(folder: Path, key: bytes) -> Labels:
     return Labels(bytes.fromhex(parse_json(text)["entropy"]), text)
 
 
-def open_seal(request: SimUnsealRequest) -> ExitCode:
+def open_seal(request: CampaignUnsealRequest) -> ExitCode:
     """Print the labels of a sealed campaign, or write them.
 
     Raises:

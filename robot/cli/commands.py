@@ -6,142 +6,115 @@ so ``bigant --help`` answers at once.
 """
 
 import argparse
-import difflib
 import importlib
-import re
-from collections.abc import Sequence
-from typing import Any, NoReturn, TypeAlias
+from collections.abc import Iterator, Sequence
+from typing import Any, TypeAlias
 
 from record.earlier_file import earlier_files
+from robot.cli.command_parser import EXAMPLES_HEAD, HelpFormatter
 from robot.cli.examples import EXAMPLES
 from robot.console.arguments import WORK, WRITES, add_arguments, parsed
 from robot.console.exit_codes import ExitCode
-from robot.console.printable import printable
 from robot.console.program_output import complain
 
-EXAMPLES_HEAD = "examples:"
-# Of parsed arguments: the parser of the command that was typed, and its request.
-OWN, REQUEST = "_parser", "_request"
+REQUEST = "_request"  # of parsed arguments: the request of the command that was typed
 _Parsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # has no public name
+EPILOG = "exit codes: 0 ok, 1 failed verdict, 2 usage, 3 hardware, 4 log, 130 Ctrl-C"
 OVERWRITE_HELP = "replace earlier files (default: they are kept as NAME.1.EXT)"
-SINGLE = (
-    "single"  # the module of the commands of one word, but for those asked of what was recorded
-)
-RECORDED = dict.fromkeys(("show", "odom", "replay", "import", "view", "bridge"), "recorded")
+# The modules of the commands of one word: about a robot or this computer, or about what was recorded.
+SINGLE = "single"
+RECORDED = dict.fromkeys(("show", "odom", "replay", "import", "view"), "recorded")
 
+# Commands and groups as ``bigant --help`` lists them.
+HEADINGS = {
+    "start here": ("drive", "show", "examples"),
+    "robot": ("robot", "check", "bringup"),
+    "devices": ("devices", "servo", "force"),
+    "logs": ("log", "import", "replay", "view"),
+    "analysis": ("odom", "gap", "model"),
+    "advanced": ("sim", "campaign", "completion"),
+}
 
 GROUP_HELP = {
-    "model": "the model of slipping, without a robot",
-    "robot": "the robot file: looked at, begun, for other programs",
-    "log": "look at, repair, cut, merge and export logs",
+    "robot": "robot files: show one, begin one, export URDF or MJCF",
+    "servo": "one servo at a time: set up, back up, zero, watch, jog",
+    "force": "force-torque sensors: watch, bias, identify, calibrate",
+    "log": "inspect, export, trim, merge and repair logs",
     "gap": "where a simulator differs from measured runs, and why",
-    "servo": "the servos one by one: scan, set up, back up, watch",
-    "sim": "virtual hardware, its faults, and a deliberately faulty virtual robot",
-    "ft": "the force-torque sensors: find, watch, bias, calibrate",
+    "model": "the slip model, without a robot",
+    "sim": "virtual devices, their faults, and faulty virtual robots",
+    "campaign": "how often is the diagnosis right? many blind cases",
 }
 
+# The first command of a group is the one that most people want.
 COMMANDS = {
-    "drive": "walk a gait, on virtual hardware by default",
-    "show": "summary table and pictures of a log",
-    "devices": "ports, servos at each baud rate, force-torque units",
-    "model run": "a named system through the model, drawn",
-    "model sensitivity": "naive against fitted parameters on logs",
-    "model figures": "our version of the paper's figures and tables",
-    "odom": "odometry and foot forces from a log; 'odom tune' its noise",
-    "robot show": "a robot file as the model walks it, and what is wrong",
-    "robot new": "begin a robot file: commented, and of a robot that walks",
-    "robot export": "the robot file as URDF or MJCF",
-    "replay": "a recorded run again, as a test: step, drivers or robot",
-    "log info": "duration, rate, topics, versions, damage",
-    "log repair": "a proper file of a cut or damaged log",
-    "log cut": "a piece of a log",
-    "log merge": "logs of one robot, one behind the other",
-    "log export": "tables, trials and trajectories of a log",
-    "gap check": "diagnose a withheld campaign, open the seal, count",
-    "gap diagnose": "where, which effect, how far it shrinks",
-    "gap alone": "how far an explanation comes by itself",
-    "gap apply": "a diagnosis into a corrected robot file, measured again",
-    "gap next": "which run would tell the remaining causes apart",
-    "gap effects": "every effect a simulator can add to itself",
-    "import": "measured data as a log or a trial, checked",
-    "servo scan": "who answers at which baud rate",
-    "servo setup": "bring servos into the robot file's settings",
-    "servo backup": "everything the servos keep, into a file",
-    "servo restore": "a backup back into the servos",
-    "servo zero": "the servo_zero line of the robot file",
-    "servo watch": "live table, round trips, counters",
-    "servo jog": "turn one leg a little, see which one moves",
-    "servo reboot": "reboot, and keep the cause of the error",
-    "view": "watch a run, live or from its log",
-    "bridge": "a live run or a log as ROS 2 topics",
-    "doctor": "is this computer set up, and what to do if not",
-    "examples": "robot files and scripts to begin with, listed or copied",
-    "completion": "completion script for bash, zsh or fish",
-    "check": "pre-flight list: is this robot fit to walk?",
+    "drive": "walk a gait; the robot is virtual unless you name a port",
+    "show": "what happened in a log: a table and a page of pictures",
+    "examples": "list or copy robot files and scripts to start from",
+    "robot show": "check a robot file: stability, slip, speed, torque",
+    "robot new": "begin a robot file, with comments, of a robot that walks",
+    "robot export": "write the robot file as URDF or MJCF",
+    "check": "is the robot ready to walk? --computer: is this computer?",
     "bringup": "the first day with a real robot, step by step",
+    "devices": "list ports, servos at each baud rate, force-torque units",
+    "servo watch": "live table, round trips, counters",
+    "servo setup": "bring servos into the robot file's settings",
+    "servo zero": "find the servo_zero line of the robot file",
+    "servo jog": "turn one leg a little, see which one moves",
+    "servo backup": "save everything the servos store to a file",
+    "servo restore": "write a backup back to the servos",
+    "servo reboot": "reboot, and keep the cause of the error",
+    "force watch": "live readings, state, losses and clock",
+    "force bias": "measure the readings without contact",
+    "force identify": "which transducer each foot presses, and how",
+    "force calibrate": "offset, leg gravity and cross-talk from logs",
+    "log info": "duration, rate, topics, versions, damage",
+    "log export": "tables, trials and trajectories of a log",
+    "log trim": "keep one piece of a log",
+    "log merge": "join logs of one robot in order of time",
+    "log repair": "make a readable log of a damaged one",
+    "import": "your CSV, Parquet, NPZ or ROS 2 bag as a log or trial",
+    "replay": "run a log again through today's code, as a test",
+    "view": "watch a run: Foxglove, Rerun, terminal or ROS 2",
+    "odom": "odometry and foot forces from a log",
+    "gap diagnose": "find the cause of the gap and how much it explains",
+    "gap apply": "write a diagnosis into the robot file, measure again",
+    "gap next": "which run settles what a diagnosis left open",
+    "gap effects": "list every effect that a diagnosis can name",
+    "model run": "simulate and draw a named system",
+    "model sensitivity": "compare naive and fitted parameters on logs",
+    "model figures": "our version of the paper's figures and tables",
+    "sim run": "one walk of a virtual robot with chosen faults",
     "sim serve": "serve virtual devices until Ctrl-C",
-    "sim faults": "list the faults that --scenario can hold",
-    "sim effects": "what can be made wrong with the virtual robot",
-    "sim realities": "the ways in which the virtual robot can be built",
-    "sim run": "a walk of the virtual robot with effects, as a trial",
-    "sim campaign": "many trials of a scenario file, in parallel",
-    "sim unseal": "open the labels of a sealed campaign",
+    "sim effects": "list what can be wrong with the virtual robot",
+    "sim faults": "list the device faults that --scenario can hold",
+    "sim realities": "list the variants of the virtual robot",
     "sim render": "a picture or video of a log or trial",
-    "ft scan": "find wireless force-torque units",
-    "ft watch": "live readings, state, losses and clock",
-    "ft bias": "measure what is read with no contact",
-    "ft identify": "which transducer each foot presses, and how",
-    "ft calibrate": "offset, leg gravity and cross-talk from logs",
+    "campaign make": "many trials of a scenario file, in parallel",
+    "campaign score": "diagnose a blind campaign, unseal it, count",
+    "campaign unseal": "open the labels of a sealed campaign",
+    "completion": "tab completion for bash, zsh or fish",
 }
 
 
-class CommandParser(argparse.ArgumentParser):
-    """Takes no abbreviations (``--arm`` must not arm a robot) and suggests what a mistake was near to."""
-
-    def __init__(self, **words: Any) -> None:
-        super().__init__(**{"allow_abbrev": False, **words})
-        self.set_defaults(**{OWN: self})
-
-    def parse_args(  # type: ignore[override]
-        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
-    ) -> argparse.Namespace:
-        """Parse; what is left over is a mistake, and the command that was typed answers it."""
-        options, left = self.parse_known_args(args, namespace)
-        own: CommandParser = vars(options).pop(OWN)
-        if left:
-            unknown = [word for word in left if word.startswith("-")]
-            near = own.near(unknown[0]) if unknown else ""
-            own.error(f"unrecognized arguments: {' '.join(left)}{near}")
-        return options
-
-    def near(self, option: str) -> str:
-        """Return a question for an option that is nearly one of this command's; empty otherwise."""
-        known = [name for action in self._actions for name in action.option_strings]
-        near = difflib.get_close_matches(option.split("=")[0], known, n=1)
-        return f"; did you mean {near[0]}?" if near else ""
-
-    def error(self, message: str) -> NoReturn:
-        """Exit with usage and the mistake in words."""
-        for action in self._actions:
-            if not isinstance(action, argparse._SubParsersAction):
-                continue
-            names = sorted(action.choices)
-            if f"required: {action.metavar}" in message:
-                message += f"; {action.metavar} is one of: {', '.join(names)}"
-            if wrong := re.search(r"invalid choice: '([^']*)'", message):
-                near = difflib.get_close_matches(wrong.group(1), names, n=1)
-                message += f"; did you mean {near[0]}?" if near else ""
-        super().error(printable(re.sub(r"invalid _?(\w+?)_? value", r"invalid \1 value", message)))
+def overview() -> str:
+    """Return what ``bigant --help`` prints; it fits in a terminal of 80 x 24."""
+    return "\n".join(
+        (
+            "usage: bigant COMMAND ...  (one in full: bigant COMMAND --help)",
+            "Drive, log and model legged robots that slip; find where a simulator is wrong.",
+            *_listed(),
+            EPILOG,
+            "",
+        )
+    )
 
 
-class HelpFormatter(argparse.HelpFormatter):
-    """Keeps the lines of examples; fills everything else."""
-
-    def _fill_text(self, text: str, width: int, indent: str) -> str:
-        if not text.startswith(EXAMPLES_HEAD):
-            return super()._fill_text(text, width, indent)
-        examples, _, rest = text.partition("\n\n")
-        return f"{examples}\n\n{super()._fill_text(rest, width, indent)}"
+def _listed() -> Iterator[str]:
+    for heading, names in HEADINGS.items():
+        for at, name in enumerate(names):
+            text = GROUP_HELP.get(name) or COMMANDS[name]
+            yield f"{'' if at else heading:<12}{name:<12}{text}"
 
 
 def add_commands(
@@ -159,12 +132,14 @@ def add_commands(
     for command, text in COMMANDS.items():
         *group, name = words = command.split()
         parent = parents.get("".join(group)) or _add_group(commands, parents, *group)
-        examples = "\n".join(f"  {line}" for line in EXAMPLES.get(command, ()))
+        first, *others = EXAMPLES.get(command, ("",))
+        examples = "\n".join((EXAMPLES_HEAD, *(f"  {line}" for line in others)))
         own = parent.add_parser(
             name,
             help=text,
-            epilog=f"{EXAMPLES_HEAD}\n{examples}\n\n{epilog}",
+            epilog=f"{examples}\n\n{epilog}" if others else epilog,
             formatter_class=HelpFormatter,
+            example=first,
         )
         if arguments is None or list(arguments[: len(words)]) == words:
             request = request_of(command)
@@ -186,7 +161,13 @@ def request_of(command: str) -> type[Any]:
 
 def _add_group(commands: _Parsers, parents: dict[str, _Parsers], name: str) -> _Parsers:
     text = GROUP_HELP[name]
-    group = commands.add_parser(name, help=text, description=f"{text}.".capitalize())
+    first = next(command for command in COMMANDS if command.startswith(f"{name} "))
+    group = commands.add_parser(
+        name,
+        help=text,
+        description=f"{text[:1].upper()}{text[1:]}{'' if text.endswith('?') else '.'}",
+        example=EXAMPLES[first][0],
+    )
     parents[name] = group.add_subparsers(dest="action", required=True, metavar="ACTION")
     return parents[name]
 

@@ -9,7 +9,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "bigant drive --hardware /dev/ttyUSB0 --armed --log runs/first.mcap",
     ),
     "show": ("bigant show runs/first_walk.mcap", "bigant show runs/first_walk.mcap --json"),
-    "devices": ("bigant devices", "bigant devices --port /dev/ttyUSB0 --discover none --json"),
+    "devices": (
+        "bigant devices",
+        "bigant devices --port /dev/ttyUSB0 --discover none --json",
+    ),
     "model run": (
         "bigant model run bigant --gait metachronal --law both",
         "bigant model run multipod --legs 10 --out multipod.png",
@@ -24,8 +27,8 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "bigant replay runs/first_walk.mcap --drive --virtual-time",
     ),
     "log info": ("bigant log info runs/first_walk.mcap --json",),
-    "log repair": ("bigant log repair runs/cut.mcap --out runs/mended.mcap",),
-    "log cut": ("bigant log cut runs/first_walk.mcap --from 10 --to 20 --out piece.mcap",),
+    "log repair": ("bigant log repair runs/cut.mcap --out runs/repaired.mcap",),
+    "log trim": ("bigant log trim runs/first_walk.mcap --from 10 --to 20 --out piece.mcap",),
     "log merge": ("bigant log merge morning.mcap noon.mcap --out day.mcap",),
     "log export": (
         "bigant log export runs/first_walk.mcap --format trial",
@@ -39,15 +42,12 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "bigant gap diagnose today-1.mcap today-2.mcap --reference healthy-1.mcap healthy-2.mcap",
         "bigant gap diagnose walk.toml --json walk.json --html walk.html",
         "bigant gap diagnose arm/*.parquet --joint Elbow",
+        "bigant gap diagnose --alone arm/*.parquet --joint Elbow --effect command_delay+play",
     ),
-    "gap check": (
-        "bigant gap check dev --scenario scenario.toml --markdown figures.md",
-        "bigant gap check final --key final.key --removed 15 --json final.json",
-        "bigant gap check realities --realities --markdown figures.md",
-    ),
-    "gap alone": (
-        "bigant gap alone arm/*.parquet --joint Elbow",
-        "bigant gap alone arm/*.parquet --joint Elbow --effect command_delay --effect command_delay+play",
+    "campaign score": (
+        "bigant campaign score dev --scenario scenario.toml --markdown figures.md",
+        "bigant campaign score final --key final.key --removed 15 --json final.json",
+        "bigant campaign score realities --realities --markdown figures.md",
     ),
     "gap apply": ("bigant gap apply walk.json --out corrected.toml",),
     "gap next": ("bigant gap next walk.json", "bigant gap next trial_1.parquet --json"),
@@ -67,18 +67,17 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "bigant sim run --gait tripod --effect foot_friction@ML:ratio=0.5 --fast --out a.parquet",
         "bigant sim run --gait tripod --effect com_offset:x_m=0.03 --out a.mcap",
     ),
-    "sim campaign": (
-        "bigant sim campaign scenario.toml --jobs 2 --out dev",
-        "bigant sim campaign scenario.toml --out final --sealed --key final.key",
+    "campaign make": (
+        "bigant campaign make scenario.toml --jobs 2 --out dev",
+        "bigant campaign make scenario.toml --out final --sealed --key final.key",
     ),
-    "sim unseal": ("bigant sim unseal final --key final.key --out labels.json",),
+    "campaign unseal": ("bigant campaign unseal final --key final.key --out labels.json",),
     "sim render": ("bigant sim render a.parquet --out a.gif",),
     "import": (
         "bigant import table.csv --map map.toml --out walk.mcap",
         "bigant import --maps",
         "bigant import so101_servo_arm/*.npz --map so101 --out arm",
     ),
-    "servo scan": ("bigant servo scan", "bigant servo scan --port /dev/ttyUSB0 --json"),
     "servo setup": (
         "bigant servo setup --port /dev/ttyUSB0",
         "bigant servo setup --port /dev/ttyUSB0 --id 1 --new-id 4",
@@ -99,6 +98,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "check": (
         "bigant check",
+        "bigant check --computer",
         "bigant check --hardware /dev/ttyUSB0 --loop",
         "bigant check --hardware /dev/ttyUSB0 --armed --json",
     ),
@@ -106,13 +106,9 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "bigant view --live",
         "bigant view --live --terminal",
         "bigant view runs/first_walk.mcap --save walk.rrd",
+        "bigant view runs/first_walk.mcap --ros2 --speed 2 --prefix lab1",
         "bigant view runs/first_walk.mcap --save walk-view.mcap --layout layout.json",
     ),
-    "bridge": (
-        "bigant bridge --live",
-        "bigant bridge runs/first_walk.mcap --speed 2 --prefix lab1",
-    ),
-    "doctor": ("bigant doctor", "bigant doctor --json"),
     "examples": ("bigant examples", "bigant examples octopod.toml --out lab"),
     "completion": (
         "bigant completion bash > ~/.local/share/bash-completion/completions/bigant",
@@ -120,9 +116,11 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "sim serve": ("bigant sim serve", "bigant sim serve --scenario examples/faults_servo.toml"),
     "sim faults": ("bigant sim faults", "bigant sim faults --json"),
-    "ft scan": ("bigant ft scan", "bigant ft scan --json"),
-    "ft watch": ("bigant ft watch",),
-    "ft bias": ("bigant ft bias",),
-    "ft identify": ("bigant ft identify --hardware virtual", "bigant ft identify --leg FL"),
-    "ft calibrate": ("bigant ft calibrate",),
+    "force watch": ("bigant force watch",),
+    "force bias": ("bigant force bias",),
+    "force identify": (
+        "bigant force identify --hardware virtual",
+        "bigant force identify --leg FL",
+    ),
+    "force calibrate": ("bigant force calibrate",),
 }

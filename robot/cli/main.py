@@ -8,15 +8,15 @@ from types import FrameType
 from typing import NoReturn
 
 from model.errors import BigantError, BusError, ForceStreamError, RecordError
-from robot.cli.commands import CommandParser, add_commands, run_command
+from robot.cli.command_parser import CommandParser
+from robot.cli.commands import EPILOG, add_commands, overview, run_command
 from robot.cli.help_pages import page_hint
+from robot.cli.old_names import with_new_names
 from robot.console.exit_codes import ExitCode
 from robot.console.printable import printable_output
 from robot.console.program_output import complain, stop_output
 from robot.console.progress import show_compiling
 from robot.console.shipped import with_pages
-
-EPILOG = "exit codes: 0 good, 1 a verdict failed, 2 wrong usage or file, 3 hardware, 4 log, 130 interrupted"
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -45,7 +45,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     Raises:
         SystemExit: The arguments make no sense (argparse), or help was asked for.
     """
-    given = list(sys.argv[1:] if arguments is None else arguments)
+    given = with_new_names(sys.argv[1:] if arguments is None else arguments)
     options = _parser(given).parse_args(given)
     show_compiling()
     words = " ".join(
@@ -105,11 +105,7 @@ def full_parser() -> argparse.ArgumentParser:
 
 
 def _parser(arguments: Sequence[str] | None) -> argparse.ArgumentParser:
-    parser: argparse.ArgumentParser = CommandParser(
-        prog="bigant",
-        description="Drive, record and model BigANT, on the robot or on virtual hardware.",
-        epilog=EPILOG,
-    )
+    parser: argparse.ArgumentParser = CommandParser(prog="bigant", overview=overview())
     parser.add_argument("--version", action=_Version, help="versions of what matters, and exit")
     add_commands(parser, arguments, EPILOG)
     return parser

@@ -1,4 +1,4 @@
-"""The calibration file of the force sensors: a TOML made by ``bigant ft``, read strictly.
+"""The calibration file of the force sensors: a TOML made by ``bigant force``, read strictly.
 
 One table a sensor; a leg without one is not calibrated, and its forces are not valid.
 """
@@ -23,7 +23,7 @@ def format_calibration(calibration: ForceCalibration) -> str:
     """Return the text of a calibration file."""
     known = [bool(np.isfinite(one).all()) for one in calibration.unloaded]
     head = (
-        "Force sensors to foot wrenches, made by bigant ft. Sensor axes; N and N m.",
+        "Force sensors to foot wrenches, made by bigant force. Sensor axes; N and N m.",
         "foot wrench = (I + correction) (reading - unloaded(shaft angle))",
         f"One row an axis, {' '.join(AXES)}; unloaded: constant, cos q, sin q, cos 2q, sin 2q, ...;",
         "standard_error: of unloaded at shaft angle 0.",

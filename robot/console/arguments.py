@@ -111,11 +111,6 @@ def servo_port() -> Any:
     return needed("serial port, for example /dev/ttyUSB0", "PORT")
 
 
-def any_port() -> Any:
-    """``--port`` of a command that looks at every port without it."""
-    return option("serial port, for example /dev/ttyUSB0 (every USB port)", "PORT")
-
-
 def baud_now(text: str = "baud rate now (all eight)") -> Any:
     """``--baud``."""
     return option(text, "B", type=baud_rate)

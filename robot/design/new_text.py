@@ -344,7 +344,7 @@ def _force_sensor(count: int) -> list[str]:
         _key("silent_limit", "0.5", "s without a record before the robot stops"),
         _key("offset", nothing, "place relative to the shaft, assumed"),
         _key("yaw", _row([0.0] * count), "rad from body to sensor axes, assumed"),
-        _key("bias", nothing, "N, reading without contact; bigant ft bias"),
+        _key("bias", nothing, "N, reading without contact; bigant force bias"),
     ]
 
 

@@ -1,40 +1,51 @@
-"""``bigant gap alone``: how much of the gap effects explain by themselves, for example a delay."""
+"""``bigant gap diagnose --alone``: how much of the gap each effect could explain alone."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 
 from gap.diagnosis.alone import Alone, each_alone
 from gap.interfaces import Cause, Effect
+from model.errors import ConfigError
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import print_result
+from robot.console.json_output import give_json, to_stdout
 from robot.console.progress import ProgressBar
 from robot.console.table import Column, table_lines
 from robot.gap_report.split import with_hold_out
 from robot.gap_report.trials import read_runs
 from robot.gap_report.words import parameters_of
-from robot.requests.gap import GapAloneRequest
+from robot.requests.gap import CHAIN, GapDiagnoseRequest
 
 TABLE = (
     Column("", width=40), Column("", ".4g", 9), Column(""), Column(""), Column("", ".0%", 4), Column(""),
 )  # fmt: skip
 
 
-def fit_alone(request: GapAloneRequest) -> ExitCode:
+def fit_alone(request: GapDiagnoseRequest) -> ExitCode:
     """Fit each effect by itself, or several joined with +, and judge it on the held-out runs.
 
     Raises:
         RecordError: A trial cannot be read.
         GapError: The trials cannot be compared with a simulator, or an effect is not known.
+        ConfigError: Options of a whole diagnosis were given.
     """
-    runs = read_runs(request.trials, joints=request.joint, machine=request.machine)
+    whole = {
+        "--reference": request.reference,
+        "--html": request.html,
+        "--sim": request.sim != CHAIN,
+    }
+    if wrong := [name for name, value in whole.items() if value]:
+        raise ConfigError(wrong[0], "is for a whole diagnosis; leave it out, or --alone")
+    runs = read_runs(request.trials, (), request.robot, request.joint, request.machine)
     runs = with_hold_out(runs, request.trials, request.hold_out)
-    trials, simulator = runs.trials, runs.simulator()
+    trials, simulator = runs.trials, runs.simulator(request.effects)
     effects = {effect.name: effect for effect in simulator.effects}
     sets = [tuple(text.split("+")) for text in request.effect] or [(name,) for name in effects]
     with ProgressBar("alone") as bar:
         fits = each_alone(trials, simulator, sets, bar.tell, runs.hold_out)
     result = [_as_json(one, effects) for one in fits]
-    print_result(result, _lines(fits, effects), as_json=request.json)
+    if not to_stdout(request.json):
+        print("\n".join(_lines(fits, effects)))
+    give_json(result, request.json)
     return ExitCode.OK
 
 

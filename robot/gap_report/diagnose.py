@@ -19,6 +19,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import check_json, give_json, to_stdout
 from robot.console.progress import ProgressBar
 from robot.console.screen_fit import terminal_width, wrapped
+from robot.gap_report.alone import fit_alone
 from robot.gap_report.blind import blind_json, blind_lines
 from robot.gap_report.legged import proposer_of
 from robot.gap_report.split import split_lines, with_hold_out
@@ -38,6 +39,10 @@ def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
     """
     check_json(request.json)
     check_room(request.html, "--html", ".html")
+    if request.alone:
+        return fit_alone(request)
+    if request.effect:
+        raise ConfigError("--effect", "goes with --alone; --effects-only limits --sim mujoco")
     runs = read_runs(
         request.trials, request.reference, request.robot, request.joint, request.machine
     )

@@ -1,4 +1,4 @@
-"""``bigant log cut``, ``merge``, ``repair``, ``export``, ``info``: files made of logs, what they hold."""
+"""``bigant log trim``, ``merge``, ``repair``, ``export``, ``info``: files made of logs, what they hold."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -19,11 +19,11 @@ from robot.console.progress import ProgressLine
 from robot.console.table import Column, row_lines, table_lines
 from robot.report.run_date import utc_words
 from robot.requests.log import (
-    LogCutRequest,
     LogExportRequest,
     LogInfoRequest,
     LogMergeRequest,
     LogRepairRequest,
+    LogTrimRequest,
 )
 from robot.run.gait_texts import gaits_of_log
 
@@ -33,7 +33,7 @@ TOPICS = (
 SUFFIXES = {"trial": (".parquet", ".csv"), "csv": (".csv",), "parquet": (".parquet",)}
 
 
-def cut(request: LogCutRequest) -> ExitCode:
+def trim(request: LogTrimRequest) -> ExitCode:
     """Cut a piece out of a log.
 
     Raises:

@@ -18,6 +18,7 @@ from robot.console.arguments import (
 )
 
 CHAIN, MUJOCO = "chain", "mujoco"
+ALONE = "one effect at a time"  # heading in the help
 ONLY_JOINT = "only this joint of a bench of servos; may be given again"
 OWN_EFFECTS = "effects of your own (run as Python: open only files that you trust)"
 MACHINE = (
@@ -31,42 +32,6 @@ HOLD_OUT = (
 CORES = min(os.cpu_count() or 1, 4)
 
 
-@request("campaign.check:check_campaign", writes=True)
-class GapCheckRequest:
-    """``bigant gap check``: diagnose a campaign whose causes are withheld, then open the seal and count.
-
-    Each case is diagnosed with the campaign's healthy runs and its answer kept in --out, before any label
-    is looked at; cases answered already are not asked again. Then the labels are opened (labels.json, or
-    the sealed ones with --key), and every figure of the protocol is printed with its bar, and the
-    confusions. With --removed N, the first N single-effect cases are diagnosed once more with their true
-    effect taken out of the catalogue. How visible each effect is, and what its true values would close,
-    are measured: against the campaign's controls, or with --scenario against walks of the twin without
-    the effects. With --realities CAMPAIGN is a folder with one campaign each (bigant sim campaign
-    --reality all): a row of figures a reality, the worst named, and the constants of the probabilities
-    fitted on all but one and judged on that one. Exit code 1: some bar is not met.
-    """
-
-    campaign: Path = argument("CAMPAIGN", "folder of bigant sim campaign")
-    key: Path | None = option("key of the sealed labels", "FILE")
-    scenario: Path | None = option(
-        "its scenario file: the twin walks each case again to measure what is visible", "FILE"
-    )
-    out: Path | None = option("where answers are kept (default: CAMPAIGN/answers)", "DIR")
-    removed: int = option(
-        "single-effect cases to diagnose again without their effect in the catalogue",
-        "N",
-        default=0,
-    )
-    no_references: bool = flag("do without the healthy runs")
-    realities: bool = flag("CAMPAIGN holds one campaign a reality: judge each for itself")
-    dask: str | None = option(
-        "scheduler of a Dask cluster that sees CAMPAIGN as well", "tcp://HOST:PORT"
-    )
-    jobs: int = option("cases at a time (default: one a core, up to 4)", "N", default=CORES)
-    json: Path | None = json_file("figures and cases")
-    markdown: Path | None = option("figures as tables for a page", "FILE")
-
-
 @request("gap_report.diagnose:diagnose_runs", writes=True)
 class GapDiagnoseRequest:
     """``bigant gap diagnose``: where a simulator differs from measured runs, why, how far it shrinks.
@@ -75,6 +40,9 @@ class GapDiagnoseRequest:
     name picks the simulator. With --reference, runs of the same machine believed healthy, the question is
     what is new; without, the simulator as it stands is compared with the runs. Some runs are held out and
     judge. Exit code 0: a verdict was reached; 1: there is a gap that no effect of the catalogue explains.
+
+    --alone does not search for the cause. It fits each effect by itself and shows how much of the gap that
+    effect could have claimed, for example a delay.
     """
 
     trials: tuple[Path, ...] = argument("TRIAL", nargs="+")
@@ -114,26 +82,14 @@ class GapDiagnoseRequest:
         "processes (default: one a core, up to 4)", "N", default=CORES, type=between(1, whole=True)
     )
     seed: int = random_seed("seed of random draws")
-
-
-@request("gap_report.alone:fit_alone")
-class GapAloneRequest:
-    """``bigant gap alone``: how much of the gap an effect explains by itself, for example a delay.
-
-    Fits effects of the catalogue by least squares to the runs that the diagnosis would fit to, each by
-    itself (or several joined with +), and judges them on the held-out runs. It does not say what the cause
-    is: it shows what a decoy could have claimed, next to what ``bigant gap diagnose`` names.
-    """
-
-    trials: tuple[Path, ...] = argument("TRIAL", nargs="+")
-    effect: tuple[str, ...] = several(
-        "an effect, or several together; may be given again (default: every effect)",
-        "NAME[+NAME...]",
+    alone: bool = flag(
+        "do not search: fit each effect alone and judge it on the held-out runs", group=ALONE
     )
-    joint: tuple[str, ...] = several(ONLY_JOINT, "NAME")
-    machine: str = option(MACHINE, "FILE", default="")
-    hold_out: tuple[str, ...] = several(HOLD_OUT, "KEY=VALUE")
-    json: bool = as_json()
+    effect: tuple[str, ...] = several(
+        "this effect, or several together; may be given again (default: every effect)",
+        "NAME[+NAME...]",
+        group=ALONE,
+    )
 
 
 @request("gap_report.apply:apply_diagnosis")

@@ -1,4 +1,4 @@
-"""Requests of ``bigant log``: look at, repair, cut, merge and export logs."""
+"""Requests of ``bigant log``: look at, repair, trim, merge and export logs."""
 
 from pathlib import Path
 
@@ -31,9 +31,9 @@ class LogRepairRequest:
     out: Path | None = option("new log (default: LOG.repaired.mcap next to it)", "FILE")
 
 
-@request("report.log_files:cut", writes=True)
-class LogCutRequest:
-    """``bigant log cut``: a piece of a log.
+@request("report.log_files:trim", writes=True)
+class LogTrimRequest:
+    """``bigant log trim``: keep one piece of a log.
 
     Times stay those of the run, so the piece begins at --from; pieces of one log can be merged again.
     """

@@ -2,7 +2,6 @@
 
 import sys
 from pathlib import Path
-from typing import Any
 
 from robot.console.arguments import (
     EITHER,
@@ -162,17 +161,6 @@ class ImportRequest:
         return self.out is not None and not self.out.suffix
 
 
-def _log_shown() -> Any:
-    """LOG of a command that shows a run."""
-    text = "a log; with --live the one that is being written (default: the newest in runs/)"
-    return argument("LOG", text, nargs="?", default=None)
-
-
-def _speed_shown() -> Any:
-    """``--speed`` of a command that shows a run."""
-    return option("of a recorded log (default: 1)", "X", default=1.0, type=between(0.01, 1000))
-
-
 @request("view.watch:watch", writes=True)
 class ViewRequest:
     """``bigant view``: watch a run, live or from its log, in a viewer or in a terminal.
@@ -182,11 +170,23 @@ class ViewRequest:
     that is printed, or open the .mcap that --save writes; Rerun opens an .rrd; --terminal needs none of
     them. --live follows a running bigant drive by reading the log that it writes, so the run cannot be
     disturbed from here. See docs/view.md.
+
+    --ros2 publishes the run as ROS 2 topics instead: joint states and commands, a measured and a predicted
+    wrench per foot, odometry, ground truth, transforms and diagnostics, under the log's own names and
+    types, with frames by REP-105 and units and axes by REP-103. It needs a shell in which ROS 2 is set up;
+    ROS can neither command nor disturb the run. See docs/ros2.md.
     """
 
-    path: Path | None = _log_shown()
+    path: Path | None = argument(
+        "LOG",
+        "a log; with --live the one that is being written (default: the newest in runs/)",
+        nargs="?",
+        default=None,
+    )
     live: bool = flag("follow a running bigant drive")
-    speed: float = _speed_shown()
+    speed: float = option(
+        "of a recorded log (default: 1)", "X", default=1.0, type=between(0.01, 1000)
+    )
     terminal: bool = flag("in this terminal")
     save: Path | None = option(
         "write what a viewer shows: .mcap for Foxglove and Lichtblick, .rrd for Rerun", "FILE"
@@ -203,24 +203,10 @@ class ViewRequest:
         default=DEFAULT_RATE_HZ,
         type=between(0.1, 200, "Hz"),
     )
+    ros2: bool = flag("publish the run as ROS 2 topics")
+    prefix: str | None = option("with --ros2: put all topics but /tf and /clock below it", "NAME")
 
     @property
     def for_rerun(self) -> bool:
         """Whether the file to save is one of Rerun's."""
         return self.save is not None and self.save.suffix == RERUN_SUFFIX
-
-
-@request("view.bridge:bridge")
-class BridgeRequest:
-    """``bigant bridge``: a live run or a log as ROS 2 topics.
-
-    Publishes what the log holds under its own names and types: joint states and commands, a wrench a foot
-    (measured and predicted), odometry, truth, transforms and diagnostics, frames after REP-105, units and
-    axes after REP-103. Needs a shell in which ROS 2 is set up. A run is followed by reading its log, so it
-    cannot be commanded or disturbed from ROS. See docs/ros2.md.
-    """
-
-    path: Path | None = _log_shown()
-    live: bool = flag("follow a running bigant drive")
-    speed: float = _speed_shown()
-    prefix: str = option("put all topics but /tf and /clock below it", "NAME", default="")

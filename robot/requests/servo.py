@@ -4,7 +4,6 @@ from pathlib import Path
 
 from robot.console.arguments import (
     SERVO_ID,
-    any_port,
     argument,
     as_json,
     baud_now,
@@ -23,18 +22,6 @@ from robot.console.arguments import (
 )
 
 BAUD_OF_ROBOT = "baud rate (robot file)"
-
-
-@request("bringup.preflight.devices:scan_servos")
-class ServoScanRequest:
-    """``bigant servo scan``: who answers at which baud rate.
-
-    Pings everybody at every baud rate (0.8 s each) and lists model and firmware. Writes nothing.
-    """
-
-    port: str | None = any_port()
-    baud: int | None = baud_now()
-    json: bool = as_json()
 
 
 @request("bringup.servo.setup:set_up")

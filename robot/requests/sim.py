@@ -1,6 +1,5 @@
 """Requests of ``bigant sim``: virtual hardware, and a deliberately faulty virtual robot."""
 
-import os
 from pathlib import Path
 
 from robot.console.arguments import (
@@ -67,7 +66,7 @@ class SimRealitiesRequest:
 
     A table of all realities and what differs in each from the usual virtual robot: servo loop, gears,
     contact, legs, chassis, sensors, days, other robots. `bigant sim run --reality NAME` walks one, and
-    `bigant sim campaign --reality NAME` makes a campaign of one. drawn-N, for any whole number N, is a
+    `bigant campaign make --reality NAME` makes a campaign of one. drawn-N, for any whole number N, is a
     reality drawn from the parts of the others.
     """
 
@@ -104,45 +103,6 @@ class SimRunRequest:
     out: Path = needed(".parquet, .csv or .mcap", "FILE")
     fast: bool = flag("without the byte layer; no .mcap")
     json: bool = as_json("what was done as JSON")
-
-
-@request("campaign.make:make_campaign")
-class SimCampaignRequest:
-    """``bigant sim campaign``: many trials of a scenario file, in parallel.
-
-    Makes DIR/references/*.parquet and DIR/cases/NAME/trial_*.parquet; nothing about these files says what
-    is wrong in them. Labels go to DIR/labels.json, or with --sealed, encrypted, to DIR/labels.sealed,
-    with hashes published beside them. A campaign that was broken off goes on where it stood when the same
-    command is given again. With --reality the robots are built as `bigant sim realities` lists, and each
-    reality has its campaign in DIR/NAME; effects that it cannot have are skipped and listed. A scenario
-    file is described in docs/twin.md.
-    """
-
-    scenario: Path = argument("FILE", "scenario file, TOML")
-    out: Path = needed(metavar="DIR")
-    reality: str | None = option(
-        "how the robots are built, or all for one campaign of each", "NAME|all"
-    )
-    jobs: int = option("processes (default: one a core)", "N", default=os.cpu_count() or 1)
-    dask: str | None = option(
-        "scheduler of a Dask cluster that sees DIR as well", "tcp://HOST:PORT"
-    )
-    sealed: bool = flag("encrypt the labels")
-    key: Path | None = option("key of the sealed labels; made if it is not there", "FILE")
-    json: bool = as_json("what was done as JSON")
-
-
-@request("campaign.seal:open_seal", writes=True)
-class SimUnsealRequest:
-    """``bigant sim unseal``: open the labels of a sealed campaign, for scoring.
-
-    Checks the published hashes, then prints the labels or writes them to --out (.toml or .json).
-    """
-
-    folder: Path = argument("DIR")
-    key: Path = needed(metavar="FILE")
-    out: Path | None = option(".toml or .json (default: print TOML)", "FILE")
-    json: bool = as_json("print JSON")
 
 
 @request("virtual.drawing:render", writes=True)

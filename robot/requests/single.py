@@ -4,7 +4,6 @@ from pathlib import Path
 
 from robot.console.arguments import (
     EITHER,
-    any_port,
     argument,
     as_json,
     baud_now,
@@ -106,21 +105,12 @@ class DevicesRequest:
     discovery. Nothing is written and nothing moves.
     """
 
-    port: str | None = any_port()
+    port: str | None = option(
+        "serial port, for example /dev/ttyUSB0 (every USB port); none asks for force-torque units only",
+        "PORT|none",
+    )
     baud: int | None = baud_now()
     discover: str = discovery()
-    json: bool = as_json()
-
-
-@request("bringup.preflight.doctor:examine")
-class DoctorRequest:
-    """``bigant doctor``: is this computer set up, and if not, what to do?
-
-    Looks at versions, optional parts, disk, serial ports and who may open them, latency timers, real-time
-    settings, the compiler's cache and OpenGL. Asks no device anything; the robot itself is looked at by
-    bigant check.
-    """
-
     json: bool = as_json()
 
 
@@ -154,8 +144,10 @@ class ExamplesRequest:
 class CheckRequest:
     """``bigant check``: the pre-flight list. Is this robot fit to walk?
 
-    Only asks, except with --armed (and on virtual hardware), where torque goes on at the measured
-    positions to prove that the servos' own watchdog stops them; nothing is told to move.
+    Only reads, except with --armed (and on virtual hardware): there torque is switched on at the measured
+    positions, to prove that the servos' own watchdog switches it off again. Nothing is commanded to move.
+    --computer checks this computer instead: versions, optional packages, disk, serial ports and their
+    permissions, latency timers, real-time settings, the compiler's cache and OpenGL; no device is used.
     """
 
     hardware: str = hardware_port()
@@ -164,6 +156,7 @@ class CheckRequest:
     )
     robot: Path = robot_file()
     armed: bool = flag("torque on, holding still, to prove the watchdog")
+    computer: bool = flag("check this computer, and no robot")
     loop: float | None = option(
         "also run the loop without torque and say how late it is (10 s)",
         "S",

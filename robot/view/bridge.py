@@ -1,4 +1,4 @@
-"""``bigant bridge``: what a log holds, or a live run writes, published as ROS 2 topics with rclpy.
+"""``bigant view --ros2``: what a log holds, or a live run writes, published as ROS 2 topics with rclpy.
 
 A log holds its messages as ROS 2 serialises them, so their bytes go out as they are.
 """
@@ -18,7 +18,7 @@ from record.log.follow import LogFollower
 from record.log.reader import LogContents, TopicMessage, read_messages
 from robot.console.exit_codes import ExitCode
 from robot.console.program_output import complain
-from robot.requests.recorded import BridgeRequest
+from robot.requests.recorded import ViewRequest
 from robot.view.log_source import be_nice, followed, log_path, paced
 
 QUEUE = 10
@@ -28,7 +28,7 @@ GLOBAL = frozenset({"/tf", CLOCK_TOPIC})
 OURS = "bigant_msgs"  # no package of ROS; the log keeps it
 
 
-def bridge(request: BridgeRequest) -> ExitCode:
+def publish(request: ViewRequest) -> ExitCode:
     """Publish until the log or the operator ends.
 
     Raises:
@@ -42,7 +42,7 @@ def bridge(request: BridgeRequest) -> ExitCode:
             "rclpy cannot be imported; set up ROS 2 in this shell (source /opt/ros/DISTRO/setup.sh) "
             "with the Python it was built for, or open the log without ROS (see docs/ros2.md)",
         )
-    with Ros2Publisher(request.prefix, clock=not request.live) as publisher:
+    with Ros2Publisher(request.prefix or "", clock=not request.live) as publisher:
         complain(f"publishing {path} as node /bigant_bridge; Ctrl-C ends")
         try:
             for message in _messages(path, request):
@@ -55,7 +55,7 @@ def bridge(request: BridgeRequest) -> ExitCode:
     return ExitCode.OK
 
 
-def _messages(path: Path, request: BridgeRequest) -> Iterator[TopicMessage]:
+def _messages(path: Path, request: ViewRequest) -> Iterator[TopicMessage]:
     clock = MonotonicClock()
     if request.live:
         be_nice()

@@ -1,4 +1,4 @@
-"""Where ``bigant view`` and ``bigant bridge`` get their messages: a log, or one that is being written.
+"""Where ``bigant view`` and ``bigant view --ros2`` get their messages: a log, or one that is being written.
 
 A live run is followed by reading its log (``record.log.follow``), half a second to a second behind. That
 needs nothing of the control process: it cannot be slowed, stopped or commanded from here.

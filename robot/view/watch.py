@@ -21,6 +21,7 @@ from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
 from robot.control.effect_uses import true_forces_of_log, with_true_forces
 from robot.requests.recorded import RERUN_SUFFIX, ViewRequest
+from robot.view.bridge import publish
 from robot.view.log_source import POLL_NS, be_nice, followed, log_path, paced
 from robot.view.screen import open_view
 from robot.view.viewer import Viewer
@@ -37,7 +38,14 @@ def watch(request: ViewRequest) -> ExitCode:
         ConfigError: Arguments that do not go together, or the viewer's package is missing.
         RecordError: The log cannot be read, or the file cannot be written.
     """
-    if request.terminal and (request.save or request.layout or request.headless):
+    written = request.save or request.layout or request.headless
+    if request.prefix is not None and not request.ros2:
+        raise ConfigError("--prefix", "is of ROS 2 topics; add --ros2")
+    if request.ros2:
+        if request.terminal or written:
+            raise ConfigError("--ros2", "only publishes; leave out the other options")
+        return publish(request)
+    if request.terminal and written:
         raise ConfigError("--terminal", "shows and writes nothing; leave out the other options")
     if request.headless and request.save is None:
         raise ConfigError("--headless", "without a server there is nothing left to do; add --save")

@@ -70,7 +70,7 @@ def render(request: SimRenderRequest) -> ExitCode:
     if pictures > MOST_PICTURES:
         words = f"gives {pictures:g} pictures; at most {MOST_PICTURES} can be drawn, so choose a higher one"
         raise ConfigError(
-            "--speed", f"{request.speed:g} {words}, or cut the run with bigant log cut"
+            "--speed", f"{request.speed:g} {words}, or cut the run with bigant log trim"
         )
     with whole_file(out) as part, ProgressBar("drawing") as bar:
         frames = drawing.video(part, request.speed, FRAMES_A_SECOND, bar.show)

@@ -56,7 +56,16 @@ def test_the_command_prints_each_and_tells_a_program(
     for number, trial in enumerate(late_trials()):
         paths.append(str(tmp_path / f"{number}.parquet"))
         write_trial(trial, Path(paths[-1]))
-    words = ["gap", "alone", *paths, "--effect", "command_delay", "--effect", "encoder_offset"]
+    words = [
+        "gap",
+        "diagnose",
+        "--alone",
+        *paths,
+        "--effect",
+        "command_delay",
+        "--effect",
+        "encoder_offset",
+    ]
     assert cli.run([*words, "--joint", "arm"]) == ExitCode.OK
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("shaft_error arm: RMS ")

@@ -108,8 +108,8 @@ def test_a_cut_log_is_repaired_beside_itself(
 
 def test_pieces_and_merged_logs_open_everywhere(short_walk: Path, tmp_path: Path) -> None:
     one, two, both = tmp_path / "1.mcap", tmp_path / "2.mcap", tmp_path / "both.mcap"
-    assert bigant("log", "cut", short_walk, "--to", "0.3", "--out", one) == ExitCode.OK
-    assert bigant("log", "cut", short_walk, "--from", "0.5", "--out", two) == ExitCode.OK
+    assert bigant("log", "trim", short_walk, "--to", "0.3", "--out", one) == ExitCode.OK
+    assert bigant("log", "trim", short_walk, "--from", "0.5", "--out", two) == ExitCode.OK
     assert bigant("log", "merge", two, one, "--out", both) == ExitCode.OK
     log = read_log(both)
     assert np.diff(log.t_s).max() == pytest.approx(0.21, abs=0.02), "the gap is kept"
@@ -187,8 +187,8 @@ def test_a_report_as_text_lists_every_dropped_row(tmp_path: Path, capsys: Captur
 WRONG = (
     (("log", "info", "NONE"), "cannot be read: No such file"),
     (("log", "repair", "LOG", "--out", "LOG"), "is the log itself"),
-    (("log", "cut", "LOG", "--from", "2", "--to", "1", "--out", "OUT.mcap"), "must lie after --from"),
-    (("log", "cut", "LOG", "--from", "999", "--out", "OUT.mcap"), "holds nothing from 999"),
+    (("log", "trim", "LOG", "--from", "2", "--to", "1", "--out", "OUT.mcap"), "must lie after --from"),
+    (("log", "trim", "LOG", "--from", "999", "--out", "OUT.mcap"), "holds nothing from 999"),
     (("log", "merge", "LOG", "LOG", "--out", "OUT.mcap"), "overlap by"),
     (("log", "merge", "LOG", "--out", "OUT.mcap"), "two logs or more"),
     (("log", "export", "LOG", "--format", "csv", "--what", "joint"), "choose from joints"),

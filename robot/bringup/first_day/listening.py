@@ -114,7 +114,7 @@ def _who(day: Day, bus: ServoBus, answered: Sequence[ScannedServo]) -> bool:
             day.note(failed(f"id {number}", kind, f"it {words}"))
     if missing:
         words = ", ".join(f"{number} ({legs[number]})" for number in missing)
-        advice = "check its plug and power, then baud rate and id with bigant servo scan"
+        advice = "check its plug and power, then baud rate and id with bigant devices"
         if strangers:
             others = ", ".join(map(str, strangers))
             words += f"; id {others} answers and is not in the robot file"
@@ -154,7 +154,7 @@ def _absent(day: Day, requests: ServoRequests, absent: int) -> None:
     if answer.data is None and not answer.error:
         day.note(passed("an absent id", f"id {absent}: no answer, as it should be"))
     else:
-        day.note(failed("an absent id", f"id {absent} answers", "who is it? bigant servo scan"))
+        day.note(failed("an absent id", f"id {absent} answers", "who is it? bigant devices"))
 
 
 def _chain(day: Day, requests: ServoRequests, absent: int) -> None:

@@ -1,4 +1,4 @@
-"""``bigant ft bias``: the mean of the force sensors of a robot that touches nothing."""
+"""``bigant force bias``: the mean of the force sensors of a robot that touches nothing."""
 
 import time
 from pathlib import Path
@@ -21,7 +21,7 @@ from robot.console.json_output import print_result
 from robot.console.program_output import complain
 from robot.console.progress import StatusLine
 from robot.console.table import Column, table_lines
-from robot.requests.ft import FtBiasRequest
+from robot.requests.force import ForceBiasRequest
 from robot.run.force_unit import running_stream, unit_settings
 from robot.run.operator import Interrupts
 
@@ -29,7 +29,7 @@ LOOK_NS = 10_000_000
 STANDING_SHARE = 0.5  # of the weight; transducers unloaded are seldom off by that much together
 
 
-def measure(request: FtBiasRequest) -> ExitCode:
+def measure(request: ForceBiasRequest) -> ExitCode:
     """Measure, judge, write.
 
     Raises:

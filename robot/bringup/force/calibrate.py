@@ -1,4 +1,4 @@
-"""``bigant ft calibrate``: poses of logs through the fit, its residuals as lines and as a picture."""
+"""``bigant force calibrate``: poses of logs through the fit, its residuals as lines and as a picture."""
 
 import sys
 import time
@@ -19,7 +19,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
 from robot.console.progress import ProgressBar
 from robot.console.table import Column, table_lines
-from robot.requests.ft import FtCalibrateRequest
+from robot.requests.force import ForceCalibrateRequest
 from robot.run.force_unit import require_sensors
 from robot.virtual.walk import record_poses
 
@@ -36,7 +36,7 @@ KINDS = (
 )
 
 
-def calibrate(request: FtCalibrateRequest) -> ExitCode:
+def calibrate(request: ForceCalibrateRequest) -> ExitCode:
     """Calibrate.
 
     Returns:
@@ -76,19 +76,19 @@ def calibrate(request: FtCalibrateRequest) -> ExitCode:
         lines.append(f"calibration: {request.out}   (bigant drive --calibration {request.out})")
     print_result(_as_json(result, None if worse else request.out), lines, as_json=request.json)
     if worse:
-        print("bigant ft calibrate: left-out poses got worse; nothing written", file=sys.stderr)
+        print("bigant force calibrate: left-out poses got worse; nothing written", file=sys.stderr)
         return ExitCode.VERDICT_FAILED
     return ExitCode.OK
 
 
-def _check(request: FtCalibrateRequest) -> None:
+def _check(request: ForceCalibrateRequest) -> None:
     if not request.logs and request.hardware is None:
         raise ConfigError("LOG", "name one or more logs, or --hardware virtual")
     if request.report is not None and request.report.suffix != ".png":
         raise ConfigError("--report", f"must end in .png, not {request.report.name!r}")
 
 
-def _record(request: FtCalibrateRequest) -> None:
+def _record(request: ForceCalibrateRequest) -> None:
     config = load_robot(request.robot or DEFAULT_ROBOT_FILE)
     require_sensors(config.force_sensor)
     with ProgressBar("recording poses") as bar:

@@ -1,4 +1,4 @@
-"""What ``bigant ft watch`` shows: the newest readings and the state of the stream, as lines. Pure."""
+"""What ``bigant force watch`` shows: the newest readings and the state of the stream, as lines. Pure."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""``bigant ft watch``: reads the stream, shows it, and writes every sample that is asked for."""
+"""``bigant force watch``: reads the stream, shows it, and writes every sample that is asked for."""
 
 import csv
 import sys
@@ -26,7 +26,7 @@ from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.screen_fit import Screen
-from robot.requests.ft import FtWatchRequest
+from robot.requests.force import ForceWatchRequest
 from robot.run.force_unit import running_stream, unit_settings
 from robot.run.operator import Interrupts
 
@@ -41,7 +41,7 @@ CSV_HEAD = (
 WriteRow = Callable[[Sequence[object]], object]
 
 
-def watch_forces(request: FtWatchRequest) -> ExitCode:
+def watch_forces(request: ForceWatchRequest) -> ExitCode:
     """Watch.
 
     Returns:

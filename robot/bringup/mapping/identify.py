@@ -1,4 +1,4 @@
-"""``bigant ft identify``: press each foot, and see which transducer feels it, along which of its axes.
+"""``bigant force identify``: press each foot, and see which transducer feels it, along which of its axes.
 
 Three presses a foot (up, forward, left) give the transducer's number, whether its z axis points up, and its
 yaw. Nothing is switched on; a press is noticed by itself, and so is its end.
@@ -30,7 +30,7 @@ from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
 from robot.console.person import Hand, Person, Work
-from robot.requests.ft import FtIdentifyRequest
+from robot.requests.force import ForceIdentifyRequest
 from robot.run.force_unit import require_sensors, started
 
 PRESSES = (
@@ -212,7 +212,7 @@ def _felt(name: str, mine: dict[Hand, Press]) -> _Felt:
     numbers = {press.transducer for press in mine.values()}
     words = ", ".join(f"{_direction(h)} {_force_words(p)}" for h, p in mine.items())
     if numbers == {0}:
-        return _Felt(failed(name, "no transducer felt it", "is it switched on? bigant ft watch"))
+        return _Felt(failed(name, "no transducer felt it", "is it switched on? bigant force watch"))
     if len(numbers) != 1:
         found = f"felt by transducers {', '.join(map(str, sorted(numbers)))}: {words}"
         return _Felt(failed(name, found, "press that foot only, and again: --leg " + name))
@@ -253,7 +253,7 @@ def _wrapped_deg(angle_rad: float) -> float:
     return float(np.degrees(np.remainder(angle_rad + np.pi, 2 * np.pi) - np.pi))
 
 
-def identify(request: FtIdentifyRequest) -> ExitCode:
+def identify(request: ForceIdentifyRequest) -> ExitCode:
     """Have feet pressed and say what that means.
 
     Returns:

@@ -197,7 +197,7 @@ def _followed(jog: Jog) -> Finding:
     seen = f"{jog.moved} moved {jog.direction}".rstrip()
     found = f"id {jog.servo_id}: {moved}; {seen}"
     if jog.moved in {NOTHING, SEVERAL}:
-        advice = "is the horn loose, or do two servos share an id? bigant servo scan"
+        advice = "is the horn loose, or do two servos share an id? bigant devices"
         return failed(jog.leg, found, advice)
     lag = max(abs(jog.reached_deg - jog.degrees), abs(jog.returned_deg))
     if lag > LAG_TOLERANCE_DEG:

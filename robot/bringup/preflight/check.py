@@ -13,6 +13,7 @@ from model.errors import BigantError, ConfigError, ConnectionLost
 from record.whole_file import write_text
 from robot.bringup.preflight.computer import host_settings, software_findings
 from robot.bringup.preflight.design import design_findings
+from robot.bringup.preflight.doctor import check_computer
 from robot.bringup.preflight.finding import (
     CheckVerdict,
     Finding,
@@ -76,6 +77,10 @@ def check(request: CheckRequest) -> ExitCode:
     Raises:
         BigantError: The robot file or an argument cannot be used.
     """
+    if request.computer:
+        if request.html is not None or request.loop is not None:
+            raise ConfigError("--computer", "takes neither --html nor --loop; leave them out")
+        return check_computer(request)
     if request.html is not None and request.html.suffix != ".html":
         raise ConfigError("--html", f"must end in .html, not {request.html.name!r}")
     figures: list[LoopFigures] = []

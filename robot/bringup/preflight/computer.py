@@ -293,6 +293,6 @@ def extras_findings() -> Iterator[Finding]:
         else:
             yield passed(package, f"{version_of(package)}, for {command}")
     if find_spec("rclpy") is None:
-        yield skipped("rclpy", "no ROS 2 in this shell; only bigant bridge needs it")
+        yield skipped("rclpy", "no ROS 2 in this shell; only bigant view --ros2 needs it")
     else:
-        yield passed("rclpy", "ROS 2 is there, for bigant bridge")
+        yield passed("rclpy", "ROS 2 is there, for bigant view --ros2")

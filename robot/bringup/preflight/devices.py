@@ -1,6 +1,6 @@
 """What is plugged in: serial ports, servos at each baud rate, force-torque units. Asks, never writes."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 
 from drivers.ati.discovery import DISCOVERY_PORT, DiscoveredUnit, discover
@@ -12,9 +12,9 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
 from robot.console.program_output import complain
 from robot.console.table import Column, table_lines
-from robot.requests.ft import FtScanRequest
-from robot.requests.servo import ServoScanRequest
 from robot.requests.single import DevicesRequest
+
+NONE = "none"
 
 
 def list_devices(request: DevicesRequest) -> ExitCode:
@@ -29,7 +29,9 @@ def list_devices(request: DevicesRequest) -> ExitCode:
     """
     address, port = discovery_target(request.discover)
     ports = serial_ports()
-    names = [request.port] if request.port else [p.name for p in ports if p.usb_id]
+    names = [request.port] if request.port else [port.name for port in ports if port.usb_id]
+    if request.port == NONE:
+        names = []
     servos: list[tuple[str, ScannedServo]] = []
     problems: list[str] = []
     for name in names:
@@ -52,46 +54,10 @@ def list_devices(request: DevicesRequest) -> ExitCode:
     return ExitCode.OK if servos or units else ExitCode.VERDICT_FAILED
 
 
-def scan_servos(request: ServoScanRequest) -> ExitCode:
-    """Scan and print.
-
-    Returns:
-        OK when a servo answered, VERDICT_FAILED when none did.
-
-    Raises:
-        BusError: A port cannot be opened.
-    """
-    names = [request.port] if request.port else [p.name for p in serial_ports() if p.usb_id]
-    servos = [(name, servo) for name in names for servo in scan_port(name, request.baud)]
-    lines = [f"{name}  {servo_line(servo)}" for name, servo in servos]
-    if not names:
-        lines = ["no USB serial port: plug in the U2D2, or name a port with --port"]
-    elif not servos:
-        lines = [f"no servo answers on {', '.join(names)}: check power and cable"]
-    result = [{"port": name, **asdict(servo)} for name, servo in servos]
-    print_result(result, lines, as_json=request.json)
-    return ExitCode.OK if servos else ExitCode.VERDICT_FAILED
-
-
 def servo_line(servo: ScannedServo) -> str:
     """Return one servo as a line."""
     kind = model_name(servo.model)
     return f"{servo.baud_rate:>8} baud  id {servo.servo_id:>3}  {kind}  firmware {servo.firmware}"
-
-
-def list_force_units(request: FtScanRequest) -> ExitCode:
-    """List the force-torque units that answer; otherwise as ``list_devices``.
-
-    Raises:
-        ConfigError: The address makes no sense.
-        ForceStreamError: The question cannot be sent.
-    """
-    address, port = discovery_target(request.discover)
-    units = discover(address, port) if address else ()
-    lines = [f"{u.address:<16} {u.mac}  {u.text}  {u.location}" for u in units]
-    nobody = ["no force-torque unit answered: check that it is on and on this network"]
-    print_result({"force_units": units}, lines or nobody, as_json=request.json)
-    return ExitCode.OK if units else ExitCode.VERDICT_FAILED
 
 
 def discovery_target(text: str) -> tuple[str, int]:
@@ -100,7 +66,7 @@ def discovery_target(text: str) -> tuple[str, int]:
     Raises:
         ConfigError: It makes no sense.
     """
-    if text == "none":
+    if text == NONE:
         return "", 0
     host, _, port = text.partition(":")
     if not host or (port and not (port.isdecimal() and 0 < int(port) < 65536)):
@@ -110,7 +76,7 @@ def discovery_target(text: str) -> tuple[str, int]:
 
 def _lines(
     ports: tuple[SerialPort, ...],
-    scanned: list[str],
+    scanned: Sequence[str],
     servos: list[tuple[str, ScannedServo]],
     units: tuple[DiscoveredUnit, ...],
 ) -> list[str]:

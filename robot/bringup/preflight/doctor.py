@@ -1,4 +1,4 @@
-"""``bigant doctor``: is this computer set up? The checks are in ``computer``; no device is asked."""
+"""``bigant check --computer``: is this computer set up? ``computer`` has the checks; no device is used."""
 
 import os
 from collections.abc import Iterator
@@ -29,10 +29,10 @@ from robot.bringup.preflight.servos import latency_finding
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
 from robot.console.progress import StatusLine
-from robot.requests.single import DoctorRequest
+from robot.requests.single import CheckRequest
 
 
-def examine(request: DoctorRequest) -> ExitCode:
+def check_computer(request: CheckRequest) -> ExitCode:
     """Look at the computer and print the list.
 
     Returns:

@@ -112,7 +112,7 @@ def _answer_finding(bus: ServoBus, missing: list[str], broken: list[str]) -> Fin
         return failed(
             "servos answer",
             f"{len(missing)} of {count} silent: {', '.join(missing)}",
-            "check power and cable, then id and baud rate with: bigant servo scan",
+            "check power and cable, then id and baud rate with: bigant devices",
         )
     if broken:
         return failed("servos answer", "; ".join(broken), "switch the servos off and on")

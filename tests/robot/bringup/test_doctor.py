@@ -1,4 +1,4 @@
-"""``bigant doctor``: every judgement both ways, and the command as a program reads it."""
+"""``bigant check --computer``: every judgement both ways, and the command as a program reads it."""
 
 import json
 from dataclasses import replace
@@ -115,7 +115,7 @@ def test_the_command_lists_everything_and_json_says_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    code = cli.run(["doctor", "--json"])
+    code = cli.run(["check", "--computer", "--json"])
     result = json.loads(capsys.readouterr().out)
     verdicts = {f["name"]: f["verdict"] for f in result["findings"]}
     assert set(verdicts.values()) <= {"pass", "warn", "fail", "skip"}
@@ -125,6 +125,6 @@ def test_the_command_lists_everything_and_json_says_the_same(
     for finding in result["findings"]:
         assert finding["found"], finding
         assert finding["advice"] or finding["verdict"] in {"pass", "skip"}, finding
-    assert cli.run(["doctor"]) == code
+    assert cli.run(["check", "--computer"]) == code
     printed = capsys.readouterr().out
     assert all(name in printed for name in verdicts)

@@ -603,7 +603,7 @@ def test_the_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert cli.run(["servo", "jog", "--leg", "XX"]) == 2
     assert cli.run(["servo", "jog", "--hardware", "/dev/null", "--leg", "FL"]) == 2
     assert "--armed is needed" in capsys.readouterr().err.replace(":", "")
-    assert cli.run(["ft", "identify", "--hardware", "virtual", "--leg", "FL", "--json"]) == 0
+    assert cli.run(["force", "identify", "--hardware", "virtual", "--leg", "FL", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["findings"][0]["verdict"] == "pass"
 
 

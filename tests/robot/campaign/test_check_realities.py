@@ -1,4 +1,4 @@
-"""``bigant gap check --realities`` as one types it, on answers that are there; a cluster; bad input."""
+"""``bigant campaign score --realities`` on answers that are there; a cluster; bad input."""
 
 import json
 import sys
@@ -89,10 +89,10 @@ def test_each_has_a_row_and_the_worst_is_named(
 def test_a_folder_that_holds_none_and_options_that_do_not_go_together(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert command(["gap", "check", str(tmp_path), "--realities"]) != 0
+    assert command(["campaign", "score", str(tmp_path), "--realities"]) != 0
     assert "holds no campaigns" in capsys.readouterr().err
     scenario = write_scenario(tmp_path, ONE)
-    line = ["gap", "check", str(tmp_path), "--realities", "--scenario", str(scenario)]
+    line = ["campaign", "score", str(tmp_path), "--realities", "--scenario", str(scenario)]
     assert command(line) == ExitCode.USAGE
     assert "is for one campaign" in capsys.readouterr().err
 
@@ -103,7 +103,7 @@ def test_a_case_without_an_answer_is_counted_and_does_not_stop_the_others(
     monkeypatch.setattr(check, "campaign_executor", lambda *_: ThreadPoolExecutor(1))
     (realities / "calm" / "answers" / "a.json").unlink()  # its trial is an empty file
     out = realities / "figures.json"
-    line = ["gap", "check", str(realities), "--realities", "--jobs", "1", "--json", str(out)]
+    line = ["campaign", "score", str(realities), "--realities", "--jobs", "1", "--json", str(out)]
     assert command(line) == ExitCode.VERDICT_FAILED
     assert "calm a got no answer" in capsys.readouterr().out
     whole = json.loads(out.read_text())
@@ -119,7 +119,7 @@ def test_a_cluster_without_dask_is_one_sentence(
     realities: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    line = ["gap", "check", str(realities), "--realities", "--dask", "tcp://127.0.0.1:9"]
+    line = ["campaign", "score", str(realities), "--realities", "--dask", "tcp://127.0.0.1:9"]
     assert command(line) == ExitCode.USAGE
     told = capsys.readouterr().err
     assert "--dask: needs Dask; install it with" in told
@@ -148,10 +148,12 @@ def test_a_cluster_gives_the_same_answers(
         answers = {}
         for name, options in where.items():
             out = tmp_path / name
-            made = ["sim", "campaign", str(scenario), "--out", str(out), "--reality", "cascaded"]
+            made = ["campaign", "make", str(scenario), "--out", str(out), "--reality", "cascaded"]
             assert command([*made, *options]) == 0
             figures = tmp_path / f"{name}.json"
-            command(["gap", "check", str(out), "--realities", "--json", str(figures), *options])
+            command(
+                ["campaign", "score", str(out), "--realities", "--json", str(figures), *options]
+            )
             capsys.readouterr()
             whole = json.loads(figures.read_text())
             for case in whole["cases"]["cascaded"]:

@@ -1,4 +1,4 @@
-"""``bigant sim campaign --reality``: one campaign a reality, and what a reality cannot have."""
+"""``bigant campaign make --reality``: one campaign a reality, and what a reality cannot have."""
 
 import json
 from pathlib import Path
@@ -61,7 +61,7 @@ def test_the_command_makes_one_in_a_folder_of_its_name(
     path = write_scenario(
         tmp_path, ONE.replace("controls = 1", "controls = 0").replace("count = 1", "count = 0")
     )
-    line = ["sim", "campaign", str(path), "--out", str(tmp_path / "out"), "--jobs", "1", "--json"]
+    line = ["campaign", "make", str(path), "--out", str(tmp_path / "out"), "--jobs", "1", "--json"]
     assert command([*line, "--reality", "no_forces"]) == 0
     (summary,) = json.loads(capsys.readouterr().out)["realities"]
     assert summary["reality"] == "no_forces"
@@ -79,7 +79,7 @@ def test_an_unknown_reality_is_refused_with_the_known_ones(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = write_scenario(tmp_path, ONE)
-    line = ["sim", "campaign", str(path), "--out", str(tmp_path / "out")]
+    line = ["campaign", "make", str(path), "--out", str(tmp_path / "out")]
     assert command([*line, "--reality", "wrkshop"]) != 0
     told = capsys.readouterr().err
     assert "did you mean workshop?" in told

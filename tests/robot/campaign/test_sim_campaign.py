@@ -1,4 +1,4 @@
-"""``bigant sim campaign`` and ``sim unseal`` as one types them; local processes and a Dask cluster."""
+"""``bigant campaign make`` and ``sim unseal`` as one types them; local processes and a Dask cluster."""
 
 import contextlib
 import io
@@ -28,7 +28,7 @@ class Made:
 
     @property
     def line(self) -> list[str]:
-        return ["sim", "campaign", str(self.scenario), "--out", str(self.out), "--jobs", "1"]
+        return ["campaign", "make", str(self.scenario), "--out", str(self.out), "--jobs", "1"]
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def test_a_sealed_campaign_is_opened_by_its_key(
 ) -> None:
     out, key = tmp_path / "out", tmp_path / "away" / "final.key"
     key.parent.mkdir()
-    line = ["sim", "campaign", str(scenario_file), "--out", str(out), "--jobs", "1", "--sealed"]
+    line = ["campaign", "make", str(scenario_file), "--out", str(out), "--jobs", "1", "--sealed"]
     assert command(line) != 0
     assert "--key" in capsys.readouterr().err
     assert command([*line, "--key", str(out / "final.key")]) != 0
@@ -76,14 +76,14 @@ def test_a_sealed_campaign_is_opened_by_its_key(
     assert not list(out.rglob("*labels.json"))
     assert not any(b"force_bias" in path.read_bytes() for path in out.rglob("*") if path.is_file())
 
-    assert command(["sim", "unseal", str(out), "--key", str(key), "--json"]) == 0
+    assert command(["campaign", "unseal", str(out), "--key", str(key), "--json"]) == 0
     labels = json.loads(capsys.readouterr().out)
     names = {path.name for path in (out / "cases").iterdir()}
     assert set(labels["cases"]) == names
     opened = tmp_path / "labels.toml"
-    assert command(["sim", "unseal", str(out), "--key", str(key), "--out", str(opened)]) == 0
+    assert command(["campaign", "unseal", str(out), "--key", str(key), "--out", str(opened)]) == 0
     assert "force_bias" in opened.read_text()
-    assert command(["sim", "unseal", str(out), "--key", str(scenario_file)]) != 0
+    assert command(["campaign", "unseal", str(out), "--key", str(scenario_file)]) != 0
     assert "holds no key" in capsys.readouterr().err
 
 
@@ -92,7 +92,7 @@ def test_a_cluster_makes_the_same_bytes(
     made: Made, scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     distributed = pytest.importorskip("distributed", reason="pip install -e '.[dask]'")
-    line = ["sim", "campaign", str(scenario_file), "--out"]
+    line = ["campaign", "make", str(scenario_file), "--out"]
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
     ) as cluster:
@@ -114,7 +114,7 @@ def test_no_cluster_there_is_said(
 ) -> None:
     pytest.importorskip("distributed", reason="pip install -e '.[dask]'")
     monkeypatch.setattr(executor, "CONNECT_S", 0.2)
-    line = ["sim", "campaign", str(scenario_file), "--out", str(tmp_path / "out")]
+    line = ["campaign", "make", str(scenario_file), "--out", str(tmp_path / "out")]
     assert command([*line, "--dask", "tcp://127.0.0.1:9"]) != 0
     assert "nothing answers at tcp://127.0.0.1:9" in capsys.readouterr().err
     assert command([*line, "--dask", "nonsense://x"]) != 0

@@ -4,15 +4,17 @@ import argparse
 import re
 import shlex
 from collections.abc import Iterator
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 
 from model.errors import BigantError, BusError, ConfigError, GaitRefused, RecordError
 from robot.cli import main as cli
-from robot.cli.commands import COMMANDS
+from robot.cli.commands import COMMANDS, GROUP_HELP, HEADINGS
 from robot.cli.examples import EXAMPLES
 from robot.cli.help_pages import PAGES, ROBOT_FILE_PAGE, page_hint
+from robot.cli.old_names import LAST_VERSION, OLD_NAMES, with_new_names
 from robot.console.exit_codes import ExitCode
 from tests.test_docs import anchors_of
 
@@ -27,14 +29,13 @@ ACTS = {
     ("completion",): "prints a script",
     ("model", "figures"): "draws",
     ("log", "repair"): "writes a log; bigant log info --json",
-    ("log", "cut"): "writes a log",
+    ("log", "trim"): "writes a log",
     ("log", "merge"): "writes a log",
     ("log", "export"): "writes tables",
     ("servo", "setup"): "writes servos after a yes",
     ("servo", "backup"): "writes a file",
     ("servo", "restore"): "writes servos after a yes",
     ("sim", "serve"): "serves",
-    ("bridge",): "publishes",
     ("bringup",): "asks; first_day.json in its folder has every finding",
 }
 
@@ -69,8 +70,9 @@ def test_a_command_explains_itself(words: tuple[str, ...]) -> None:
     parser = LEAVES[words]
     text = parser.format_help()
     assert parser.description, "what it does"
-    assert "exit codes: 0 good" in text
+    assert "exit codes: 0 ok" in text
     assert EXAMPLES.get(" ".join(words)), f"add examples to robot/cli/examples.py: {words}"
+    assert text.startswith(f"most common: {EXAMPLES[' '.join(words)][0]}\n\nusage: ")
     for line in EXAMPLES[" ".join(words)]:
         assert line in text, "as it is, not refilled"
         assert tuple(shlex.split(line)[1 : 1 + len(words)]) == words
@@ -87,6 +89,55 @@ def test_all_commands_are_walked() -> None:
     assert set(LEAVES) == {tuple(command.split()) for command in COMMANDS}
     assert set(ACTS) <= set(LEAVES)
     assert all(text and text[-1] != "." for text in COMMANDS.values())
+
+
+def test_the_top_level_help_lists_every_command_in_groups_on_one_screen() -> None:
+    listed = [name for names in HEADINGS.values() for name in names]
+    assert sorted(listed) == sorted({command.split()[0] for command in COMMANDS})
+    lines = FULL.format_help().rstrip("\n").splitlines()
+    assert len(lines) <= 24
+    assert max(map(len, lines)) <= 80
+    for heading, names in HEADINGS.items():
+        assert any(
+            line.split()[: len(heading.split()) + 1] == [*heading.split(), names[0]]
+            for line in lines
+        )
+
+
+@pytest.mark.parametrize("group", GROUP_HELP)
+def test_help_of_a_group_begins_with_its_first_command(
+    group: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        cli.run([group, "--help"])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out.startswith(f"most common: bigant {group} ")
+
+
+@pytest.mark.parametrize("old", OLD_NAMES)
+def test_an_old_name_works_and_names_the_new_one(
+    old: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = with_new_names([*old.split(), "--json"])
+    assert command == [*OLD_NAMES[old].split(), "--json"]
+    assert capsys.readouterr() == (
+        "",
+        f"note: bigant {old} is now bigant {OLD_NAMES[old]}; the old name works in version "
+        f"{LAST_VERSION} only\n",
+    )
+    words = tuple(word for word in OLD_NAMES[old].split() if word[:2] != "--" and word != "none")
+    assert words in LEAVES or words[0] in GROUP_HELP
+    assert tuple(old.split()) not in LEAVES, "it cannot be both"
+
+
+def test_todays_names_are_taken_as_they_are(capsys: pytest.CaptureFixture[str]) -> None:
+    for words in (["force", "watch"], ["servo", "setup"], ["log", "trim", "cut"], ["ftx"], []):
+        assert with_new_names(words) == words
+    assert capsys.readouterr() == ("", "")
+
+
+def test_old_names_leave_with_their_version() -> None:
+    assert version("bigant").startswith(("0.1", LAST_VERSION)), "remove robot/cli/old_names.py"
 
 
 def test_the_lazy_parser_and_the_full_one_are_the_same() -> None:

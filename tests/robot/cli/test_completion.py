@@ -70,7 +70,7 @@ def test_every_shell_has_a_script_that_says_how_to_install_it(
         assert cli.run(["completion", shell]) == ExitCode.OK
         script = capsys.readouterr().out
         assert f"bigant completion {shell} > ~/" in script
-        for word in ("drive", "metachronal", "virtual-time", "doctor"):
+        for word in ("drive", "metachronal", "virtual-time", "campaign"):
             assert word in script, (shell, word)
 
 

@@ -76,10 +76,10 @@ def test_a_virtual_robot_has_no_unit_either() -> None:
 @pytest.mark.parametrize(
     "words",
     [
-        ["ft", "watch", "--seconds", "1"],
-        ["ft", "bias"],
-        ["ft", "identify", "--hardware", "virtual"],
-        ["ft", "calibrate", "--hardware", "virtual"],
+        ["force", "watch", "--seconds", "1"],
+        ["force", "bias"],
+        ["force", "identify", "--hardware", "virtual"],
+        ["force", "calibrate", "--hardware", "virtual"],
     ],
 )
 def test_commands_of_the_sensors_refuse_in_a_sentence(

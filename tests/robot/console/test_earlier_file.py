@@ -80,7 +80,7 @@ def test_overwrite_replaces_what_was_there(
 
 def test_every_command_that_names_an_output_has_overwrite() -> None:
     # a campaign goes on with what is there; the others refuse a file that is there
-    refuse = {"sim campaign", "gap apply", "servo backup", "servo zero"}
+    refuse = {"campaign make", "gap apply", "servo backup", "servo zero"}
     outputs = {"out", "save", "html", "report", "csv", "urdf", "log", "markdown", "robot_out"}
     for command in COMMANDS:
         request = request_of(command)

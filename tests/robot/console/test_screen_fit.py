@@ -47,8 +47,13 @@ def test_title_and_tail_stay_when_the_body_does_not_fit() -> None:
 @pytest.mark.parametrize(
     ("missed", "ticks", "virtual", "words"),
     [
-        (39, 1604, True, ("39 of 1643 periods never ran", "--virtual-time", "bigant doctor")),
-        (39, 1604, False, ("39 of 1643 periods never ran", "bigant doctor")),
+        (
+            39,
+            1604,
+            True,
+            ("39 of 1643 periods never ran", "--virtual-time", "bigant check --computer"),
+        ),
+        (39, 1604, False, ("39 of 1643 periods never ran", "bigant check --computer")),
     ],
 )
 def test_a_busy_computer_is_named_with_what_to_do(

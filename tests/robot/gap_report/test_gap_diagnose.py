@@ -18,7 +18,8 @@ from robot.cli.main import run
 from robot.console.arguments import add_arguments
 from robot.console.json_output import check_json, to_stdout
 from robot.gap_report.words import fault_groups
-from robot.requests.gap import GapCheckRequest, GapDiagnoseRequest
+from robot.requests.campaign import CampaignScoreRequest
+from robot.requests.gap import GapDiagnoseRequest
 from tests.gap.bench_trials import IDEAL, servo_trial
 
 if TYPE_CHECKING:
@@ -126,7 +127,7 @@ def test_a_run_behind_json_is_not_overwritten_and_an_old_answer_is(tmp_path: Pat
     check_json(None)
 
 
-@pytest.mark.parametrize("command", [GapDiagnoseRequest, GapCheckRequest])
+@pytest.mark.parametrize("command", [GapDiagnoseRequest, CampaignScoreRequest])
 def test_json_without_a_file_prints(command: "type[DataclassInstance]") -> None:
     parser = argparse.ArgumentParser()
     add_arguments(parser, command)

@@ -83,7 +83,16 @@ def test_a_choice_that_cannot_be_is_refused(
 def test_runs_are_held_out_by_name_or_by_their_end(
     runs: list[str], capsys: pytest.CaptureFixture[str], chosen: str, first: str
 ) -> None:
-    words = ["gap", "alone", *runs, "--effect", "controller_gain", "--hold-out", chosen]
+    words = [
+        "gap",
+        "diagnose",
+        "--alone",
+        *runs,
+        "--effect",
+        "controller_gain",
+        "--hold-out",
+        chosen,
+    ]
     assert cli.run(words) == 0
     capsys.readouterr()
     assert cli.run(["gap", "diagnose", *runs, "--hold-out", chosen, "--jobs", "1"]) == 0

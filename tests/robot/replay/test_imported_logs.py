@@ -134,7 +134,7 @@ def test_what_only_runs_of_ours_have_is_refused(imported: Path) -> None:
 
 def test_a_log_from_its_middle_on_is_refused(imported: Path, tmp_path: Path) -> None:
     cut = tmp_path / "cut.mcap"
-    assert run(["log", "cut", str(imported), "--from", "1", "--out", str(cut)]) == ExitCode.OK
+    assert run(["log", "trim", str(imported), "--from", "1", "--out", str(cut)]) == ExitCode.OK
     with pytest.raises(RecordError, match="does not begin with tick 0"):
         replay_log(cut)
 

@@ -274,7 +274,7 @@ def test_a_campaign_with_a_gait_of_the_robot_and_one_of_a_file(tmp_path: Path) -
     plans = read_scenario(scenario).plans
     assert [plan.gait for plan in plans] == ["ripple", "own_gait"]
     out = tmp_path / "out"
-    assert bigant("sim", "campaign", scenario, "--out", out, "--jobs", "1") == ExitCode.OK
+    assert bigant("campaign", "make", scenario, "--out", out, "--jobs", "1") == ExitCode.OK
     trials = [read_trial(path) for path in sorted(out.rglob("trial_*.parquet"))]
     assert {trial.header.gait for trial in trials} == {"ripple", "own_gait"}
     scenario.write_text(text.replace('"ripple"', '"riple"'))

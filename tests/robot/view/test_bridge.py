@@ -1,4 +1,4 @@
-"""``bigant bridge``: what a stand-in for rclpy is given, decoded by somebody else's ROS library."""
+"""``bigant view --ros2``: what a stand-in for rclpy is given, decoded by somebody else's ROS library."""
 
 import sys
 from collections import defaultdict
@@ -96,7 +96,7 @@ def ros(monkeypatch: pytest.MonkeyPatch) -> Ros:
 def test_a_log_is_published_as_it_is(
     short_walk: Path, ros: Ros, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert cli.run(["bridge", str(short_walk), "--speed", "1000"]) == ExitCode.OK
+    assert cli.run(["view", "--ros2", str(short_walk), "--speed", "1000"]) == ExitCode.OK
     log = read_log(short_walk)
     joints = ros.decoded("/joint_states")
     assert len(joints) == len(log.t_s)
@@ -114,7 +114,7 @@ def test_a_log_is_published_as_it_is(
 
 
 def test_frames_are_those_of_rep_105(short_walk: Path, ros: Ros) -> None:
-    assert cli.run(["bridge", str(short_walk), "--speed", "1000"]) == ExitCode.OK
+    assert cli.run(["view", "--ros2", str(short_walk), "--speed", "1000"]) == ExitCode.OK
     odom, truth = ros.decoded("/odom")[-1], ros.decoded("/odom_truth")[-1]
     assert (odom.header.frame_id, odom.child_frame_id) == ("odom", "base_link")
     assert (truth.header.frame_id, truth.child_frame_id) == ("map", "base_link")
@@ -129,7 +129,8 @@ def test_frames_are_those_of_rep_105(short_walk: Path, ros: Ros) -> None:
 
 def test_a_prefix_leaves_transforms_where_they_are(short_walk: Path, ros: Ros) -> None:
     assert (
-        cli.run(["bridge", str(short_walk), "--speed", "1000", "--prefix", "/lab1/"]) == ExitCode.OK
+        cli.run(["view", "--ros2", str(short_walk), "--speed", "1000", "--prefix", "/lab1/"])
+        == ExitCode.OK
     )
     assert {"/lab1/joint_states", "/lab1/odom", "/tf", "/clock"} <= set(ros.published)
     assert "/odom" not in ros.published
@@ -144,14 +145,14 @@ def test_a_live_run_is_followed_without_a_clock_of_its_own(
     clock = _WritingClock(data[50_000:], growing)
     monkeypatch.setattr("robot.view.bridge.MonotonicClock", lambda: clock)
     monkeypatch.setattr(bridge, "be_nice", lambda: None)
-    assert cli.run(["bridge", str(growing), "--live"]) == ExitCode.OK
+    assert cli.run(["view", "--ros2", str(growing), "--live"]) == ExitCode.OK
     assert len(ros.published["/odom"]) == len(read_log(short_walk).t_s)
     assert "/clock" not in ros.published
 
 
 def test_when_ros_shuts_down_the_bridge_ends(short_walk: Path, ros: Ros) -> None:
     ros.stop_after = 50
-    assert cli.run(["bridge", str(short_walk), "--speed", "1000"]) == ExitCode.OK
+    assert cli.run(["view", "--ros2", str(short_walk), "--speed", "1000"]) == ExitCode.OK
     assert sum(map(len, ros.published.values())) <= 52
 
 
@@ -159,7 +160,7 @@ def test_an_absent_message_package_is_named(
     short_walk: Path, ros: Ros, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "rosgraph_msgs.msg", None)
-    assert cli.run(["bridge", str(short_walk)]) == ExitCode.USAGE
+    assert cli.run(["view", "--ros2", str(short_walk)]) == ExitCode.USAGE
     assert "install the ROS package rosgraph-msgs" in capsys.readouterr().err
     assert not ros.running
 
@@ -169,7 +170,7 @@ def test_without_ros_it_is_said_what_to_do(
 ) -> None:
     if "rclpy" in sys.modules:
         pytest.skip("there is a ROS here")
-    assert cli.run(["bridge", str(short_walk)]) == ExitCode.USAGE
+    assert cli.run(["view", "--ros2", str(short_walk)]) == ExitCode.USAGE
     printed = capsys.readouterr().err
     assert "rclpy cannot be imported" in printed
     assert "docs/ros2.md" in printed

@@ -1,4 +1,4 @@
-"""Requests of ``bigant ft``: the force-torque sensors."""
+"""Requests of ``bigant force``: the force-torque sensors."""
 
 from pathlib import Path
 
@@ -7,7 +7,6 @@ from robot.console.arguments import (
     argument,
     as_json,
     between,
-    discovery,
     flag,
     option,
     positive,
@@ -20,20 +19,9 @@ from robot.console.arguments import (
 ADDRESS = "HOST[:UDP:CONSOLE]"
 
 
-@request("bringup.preflight.devices:list_force_units")
-class FtScanRequest:
-    """``bigant ft scan``: which wireless force-torque units are there. Asks, and changes nothing.
-
-    Asks by ATI's discovery protocol and lists the units that answer.
-    """
-
-    discover: str = discovery()
-    json: bool = as_json()
-
-
 @request("bringup.force.watch:watch_forces", writes=True)
-class FtWatchRequest:
-    """``bigant ft watch``: what the force-torque unit sends, live.
+class ForceWatchRequest:
+    """``bigant force watch``: what the force-torque unit sends, live.
 
     Per transducer forces and moments, state and age; for the stream its rate, losses and the unit's clock
     against the host's. The robot file's bias or a calibration is subtracted. Ctrl-C ends it; the unit is
@@ -49,8 +37,8 @@ class FtWatchRequest:
 
 
 @request("bringup.force.bias:measure", writes=True)
-class FtBiasRequest:
-    """``bigant ft bias``: what the sensors read with no contact, measured on the host.
+class ForceBiasRequest:
+    """``bigant force bias``: what the sensors read with no contact, measured on the host.
 
     Hang the robot up so that no foot touches anything. The mean over some seconds goes into a calibration
     file, with its standard error; the unit itself is not changed unless --device is given. Refused when
@@ -77,8 +65,8 @@ class FtBiasRequest:
 
 
 @request("bringup.force.calibrate:calibrate", writes=True)
-class FtCalibrateRequest:
-    """``bigant ft calibrate``: force sensors to foot wrenches, from logs of a robot at rest.
+class ForceCalibrateRequest:
+    """``bigant force calibrate``: force sensors to foot wrenches, from logs of a robot at rest.
 
     Stage one fits what each sensor reads with its foot in the air (offset and leg gravity over the shaft
     angle), stage two a 6 x 6 correction from poses in which the feet carry the weight. Poses are found in
@@ -117,8 +105,8 @@ class FtCalibrateRequest:
 
 
 @request("bringup.mapping.identify:identify")
-class FtIdentifyRequest:
-    """``bigant ft identify``: press each foot, and see which transducer feels it and how it is turned.
+class ForceIdentifyRequest:
+    """``bigant force identify``: press each foot, and see which transducer feels it and how it is turned.
 
     For a robot that hangs in a frame, torque off. Each foot is pressed up, forward and to the robot's left,
     with about 1 kg; a press is noticed by itself, and so is its end. Gives each leg's transducer, whether

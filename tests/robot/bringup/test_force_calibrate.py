@@ -106,7 +106,16 @@ def test_known_faults_of_the_sensors_are_found_and_taken_out(
     spoiled = tmp_path / "spoiled.mcap"
     write_distorted(poses, spoiled, faults)
     out, picture = tmp_path / "c.toml", tmp_path / "r.png"
-    words = ["ft", "calibrate", str(spoiled), "--out", str(out), "--report", str(picture), "--json"]
+    words = [
+        "force",
+        "calibrate",
+        str(spoiled),
+        "--out",
+        str(out),
+        "--report",
+        str(picture),
+        "--json",
+    ]
     assert cli.run(words) == ExitCode.OK
     report = json.loads(capsys.readouterr().out)
     for leg in LEGS:
@@ -133,7 +142,7 @@ def test_known_faults_of_the_sensors_are_found_and_taken_out(
 @pytest.mark.slow
 def test_sound_sensors_stay_as_they_are(poses: Path, tmp_path: Path) -> None:
     out = tmp_path / "c.toml"
-    assert cli.run(["ft", "calibrate", str(poses), "--out", str(out)]) == ExitCode.OK
+    assert cli.run(["force", "calibrate", str(poses), "--out", str(out)]) == ExitCode.OK
     found = read_calibration(out, LEGS)
     contents = LogContents()
     ticks = list(read_ticks(poses, contents))

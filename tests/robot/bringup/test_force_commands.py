@@ -1,4 +1,4 @@
-"""bigant ft: on a virtual unit over loopback, right and wrong."""
+"""bigant force: on a virtual unit over loopback, right and wrong."""
 
 import csv
 import io
@@ -95,18 +95,18 @@ def bigant(*words: object) -> int:
 
 def test_scan_finds_the_unit(served: Served, capsys: pytest.CaptureFixture[str]) -> None:
     where = f"127.0.0.1:{served.sockets.discovery_port}"
-    assert bigant("ft", "scan", "--discover", where) == ExitCode.OK
+    assert bigant("devices", "--port", "none", "--discover", where) == ExitCode.OK
     assert "Wireless F/T (virtual)" in capsys.readouterr().out
-    assert bigant("ft", "scan", "--discover", where, "--json") == ExitCode.OK
+    assert bigant("devices", "--port", "none", "--discover", where, "--json") == ExitCode.OK
     assert json.loads(capsys.readouterr().out)["force_units"][0]["address"] == "127.0.0.1"
-    assert bigant("ft", "scan", "--discover", "none") == ExitCode.VERDICT_FAILED
+    assert bigant("devices", "--port", "none", "--discover", "none") == ExitCode.VERDICT_FAILED
 
 
 def test_watch_shows_and_writes_and_stops_the_unit(
     served: Served, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "w.csv"
-    words = ["ft", "watch", "--force-unit", served.address, "--seconds", "1.2", "--csv", path]
+    words = ["force", "watch", "--force-unit", served.address, "--seconds", "1.2", "--csv", path]
     assert bigant(*words) == ExitCode.OK
     out = capsys.readouterr().out
     assert "\x1b" not in out
@@ -130,7 +130,7 @@ def test_bias_is_measured_and_written(
     served: Served, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "b.toml"
-    words = ["ft", "bias", "--force-unit", served.address, "--seconds", "1.5", "--out", path]
+    words = ["force", "bias", "--force-unit", served.address, "--seconds", "1.5", "--out", path]
     assert bigant(*words) == ExitCode.OK
     found = read_calibration(path, LEGS)
     truth = np.tile(np.arange(0.1, 0.65, 0.1)[:, None], (1, 6))
@@ -154,7 +154,7 @@ def test_a_touched_robot_is_refused(
 ) -> None:
     served.source.touch = True
     path = tmp_path / "b.toml"
-    words = ["ft", "bias", "--force-unit", served.address, "--seconds", "2", "--out", path]
+    words = ["force", "bias", "--force-unit", served.address, "--seconds", "2", "--out", path]
     assert bigant(*words) == ExitCode.USAGE
     error = capsys.readouterr().err
     assert "the robot was touched" in error
@@ -169,7 +169,7 @@ def test_the_unit_is_stopped_when_the_program_is_told_to_end(
 ) -> None:
     served.source.terminate_at = 60
     more = ["--out", tmp_path / "b.toml"] if command == "bias" else []
-    words = ["ft", command, "--force-unit", served.address, "--seconds", "60", *more]
+    words = ["force", command, "--force-unit", served.address, "--seconds", "60", *more]
     assert bigant(*words) == code
     served.wait_for_stop()
     assert not (tmp_path / "b.toml").exists()
@@ -177,7 +177,7 @@ def test_the_unit_is_stopped_when_the_program_is_told_to_end(
 
 
 def test_the_units_own_bias_only_on_demand(served: Served, tmp_path: Path) -> None:
-    words = ["ft", "bias", "--force-unit", served.address, "--seconds", "1", "--device"]
+    words = ["force", "bias", "--force-unit", served.address, "--seconds", "1", "--device"]
     assert bigant(*words, "--out", tmp_path / "b.toml") == ExitCode.OK
     assert all(state.bias is not None for state in served.unit.state)
     found = read_calibration(tmp_path / "b.toml", LEGS)
@@ -187,12 +187,12 @@ def test_the_units_own_bias_only_on_demand(served: Served, tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        (["ft", "scan", "--discover", "here:70000"], 2, "--discover"),
-        (["ft", "watch", "--force-unit", "a:b:c"], 2, "--force-unit: must be HOST"),
-        (["ft", "watch", "--calibration", "none.toml"], 2, "cannot be read"),
-        (["ft", "calibrate"], 2, "name one or more logs"),
-        (["ft", "calibrate", "none.mcap"], 4, "none.mcap cannot be read"),
-        (["ft", "calibrate", "x.mcap", "--report", "r.pdf"], 2, "must end in .png"),
+        (["devices", "--port", "none", "--discover", "here:70000"], 2, "--discover"),
+        (["force", "watch", "--force-unit", "a:b:c"], 2, "--force-unit: must be HOST"),
+        (["force", "watch", "--calibration", "none.toml"], 2, "cannot be read"),
+        (["force", "calibrate"], 2, "name one or more logs"),
+        (["force", "calibrate", "none.mcap"], 4, "none.mcap cannot be read"),
+        (["force", "calibrate", "x.mcap", "--report", "r.pdf"], 2, "must end in .png"),
     ],
 )
 def test_wrong_input_is_one_clear_line(
