@@ -54,7 +54,7 @@ COMMANDS = {
     "robot show": "check a robot file: stability, slip, speed, torque",
     "robot new": "begin a robot file, with comments, of a robot that walks",
     "robot export": "write the robot file as URDF or MJCF",
-    "check": "is the robot ready to walk? --computer: is this computer?",
+    "check": "is this robot ready to walk? is this computer?",
     "bringup": "the first day with a real robot, step by step",
     "devices": "list ports, servos at each baud rate, force-torque units",
     "servo watch": "live table, round trips, counters",
@@ -101,7 +101,7 @@ def overview() -> str:
     """Return what ``bigant --help`` prints; it fits in a terminal of 80 x 24."""
     return "\n".join(
         (
-            "usage: bigant COMMAND ...  (one in full: bigant COMMAND --help)",
+            "usage: bigant COMMAND ...  (one in full: bigant COMMAND --help; bigant --version)",
             "Drive, log and model legged robots that slip; find where a simulator is wrong.",
             *_listed(),
             EPILOG,
