@@ -101,7 +101,7 @@ def overview() -> str:
     """Return what ``bigant --help`` prints; it fits in a terminal of 80 x 24."""
     return "\n".join(
         (
-            "usage: bigant COMMAND ...  (one in full: bigant COMMAND --help; bigant --version)",
+            "usage: bigant COMMAND ...  (one in full: bigant COMMAND --help), or --version",
             "Drive, log and model legged robots that slip; find where a simulator is wrong.",
             *_listed(),
             EPILOG,
