@@ -21,7 +21,7 @@ LEFT_OUT = (
     (r"\b[A-Z]{2,}\b|\[|\.\.\.", "a placeholder of its page"),
     (r"^(servo|force|check(?! --computer)|devices)", "in real time: tests/robot/bringup/test_check.py"),
     (r"\.rrd", "needs bigant[rerun], 640 MB: tests/robot/view/test_view_command.py"),
-    (r"^gap (diagnose|apply|next)|^campaign score|^odom tune", "trials of its own"),
+    (r"^gap (demo|diagnose|apply|next)|^campaign score|^odom tune", "trials of its own"),
     (r"^sim (run|render)|^campaign (make|unseal)", "walks: tests/robot/virtual/test_twin_run.py"),
     (r"^model (figures|sensitivity)|^replay .*--drive|--bus", "over ten seconds: tests of their own"),
     (r"^drive", "walks: tests/robot/run/test_drive.py; the log below is from one"),

@@ -77,6 +77,7 @@ COMMANDS = {
     "replay": "run a log again through today's code, as a test",
     "view": "watch a run: Foxglove, Rerun, terminal or ROS 2",
     "odom": "odometry and foot forces from a log",
+    "gap demo": "inject a known fault, diagnose it, compare the answer",
     "gap diagnose": "find the cause of the gap and how much it explains",
     "gap apply": "write a diagnosis into the robot file, measure again",
     "gap next": "which run settles what a diagnosis left open",

@@ -38,6 +38,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "bigant odom runs/first_walk.mcap --compare",
         "bigant odom runs/first_walk.mcap --out first_walk.tum",
     ),
+    "gap demo": (
+        "bigant gap demo",
+        "bigant gap demo --effect foot_friction@ML:ratio=0.6 --out runs/slippery",
+    ),
     "gap diagnose": (
         "bigant gap diagnose today-1.mcap today-2.mcap --reference healthy-1.mcap healthy-2.mcap",
         "bigant gap diagnose walk.toml --json walk.json --html walk.html",

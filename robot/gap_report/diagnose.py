@@ -37,6 +37,18 @@ def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
         GapError: The trials cannot be compared with a simulator.
         ConfigError: ``--html`` names no page, or ``--json`` a file that is no JSON.
     """
+    diagnosis = report_diagnosis(request)
+    return ExitCode.VERDICT_FAILED if diagnosis.verdict is Verdict.UNEXPLAINED else ExitCode.OK
+
+
+def report_diagnosis(request: GapDiagnoseRequest) -> Diagnosis:
+    """Diagnose, print and write what was asked for, and return what was found.
+
+    Raises:
+        RecordError: A trial cannot be read, or a report cannot be written.
+        GapError: The trials cannot be compared with a simulator.
+        ConfigError: ``--html`` names no page, or ``--json`` a file that is no JSON.
+    """
     check_json(request.json)
     check_room(request.html, "--html", ".html")
     if request.alone:
@@ -77,7 +89,7 @@ def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
         write_text(request.html, page, "--html")
         if not to_stdout(request.json):
             print(f"page: {request.html}")
-    return ExitCode.VERDICT_FAILED if diagnosis.verdict is Verdict.UNEXPLAINED else ExitCode.OK
+    return diagnosis
 
 
 def diagnosis_result(d: Diagnosis, paths: Sequence[Path], runs: Runs) -> dict[str, object]:

@@ -12,8 +12,10 @@ from robot.console.arguments import (
     names,
     needed,
     option,
+    positive,
     random_seed,
     request,
+    robot_file,
     several,
 )
 
@@ -29,7 +31,32 @@ HOLD_OUT = (
     "judge by the runs with this condition, such as trajectory=lift; trial=NAME is one run, last-third the "
     "end of each; may be given again (default: runs spread evenly)"
 )
+WORN_SPRING = "leg_stiffness@MR:ratio=0.69"
 CORES = min(os.cpu_count() or 1, 4)
+
+
+@request("gap_report.demo:run_demo")
+class GapDemoRequest:
+    """``bigant gap demo``: a first diagnosis, of a fault that is known.
+
+    Makes eight short runs in a new folder: four of a virtual robot with the fault, four of a healthy one.
+    Friction, stiffness and centre of mass differ from run to run, as they do from day to day. Diagnoses
+    them without a word about the fault, writes the page, and compares the answer with what was injected.
+    Each step is a command that is printed, to be repeated with runs of your own. Exit code 1: the answer is
+    not what was injected.
+    """
+
+    effect: str = option(
+        f"what is wrong (default: {WORN_SPRING}; none: nothing; bigant sim effects lists them)",
+        "NAME[@LEG][:param=value,...]",
+        default=WORN_SPRING,
+    )
+    robot: Path = robot_file()
+    seconds: float = option("of walking a run (default: 30)", "S", default=30.0, type=positive)
+    out: Path = option("a new folder (default: runs/demo)", "FOLDER", default=Path("runs/demo"))
+    jobs: int = option(
+        "processes (default: one a core, up to 4)", "N", default=CORES, type=between(1, whole=True)
+    )
 
 
 @request("gap_report.diagnose:diagnose_runs", writes=True)

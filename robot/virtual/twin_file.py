@@ -11,7 +11,7 @@ from robot.console.json_output import print_json
 from robot.console.progress import ProgressBar
 from robot.requests.sim import SimRunRequest
 from robot.virtual.reality_robot import robot_in
-from robot.virtual.rehearsal import Progress
+from robot.virtual.rehearsal import Progress, silent
 from robot.virtual.twin_run import WalkPlan, make_twin, plan_of, walk_fast, walk_through_bytes
 from sim_hw.realities.catalogue import find_reality, why_not_in
 from sim_hw.twin.catalog import EFFECTS
@@ -20,7 +20,34 @@ from sim_hw.twin.twin import Twin
 
 
 def twin_file(request: SimRunRequest) -> ExitCode:
-    """Walk and write.
+    """Walk, write, and say what was done.
+
+    Raises:
+        ConfigError: Options or effects that make no sense.
+        ModelError: The robot stopped before it was done.
+        RecordError: A file cannot be written.
+    """
+    begin_s = time.perf_counter()
+    with ProgressBar("walking") as bar:
+        trial = write_run(request, bar.show)
+    wall_s = time.perf_counter() - begin_s
+    forward_m = float(trial.body_position_m[-1, 0] - trial.body_position_m[0, 0])
+    out, samples = request.out, len(trial.time_s)
+    if request.json:
+        print_json({"file": out, "samples": samples, "way_x_m": forward_m, "wall_s": wall_s})
+    else:
+        words = ", ".join(request.effect) if request.effect else "nothing wrong"
+        print(f"{out}: {samples} samples of {trial.header.gait}, {words}")
+        print(f"distance along x {forward_m:.3f} m; {request.seconds:g} s walked in {wall_s:.1f} s")
+    return ExitCode.OK
+
+
+def write_run(request: SimRunRequest, progress: Progress = silent) -> Trial:
+    """Walk and write the file that is asked for; return the walk.
+
+    Args:
+        request: Which robot, what is wrong with it, how it walks, and the file.
+        progress: Called with the share done, 0 to 1.
 
     Raises:
         ConfigError: Options or effects that make no sense.
@@ -43,21 +70,10 @@ def twin_file(request: SimRunRequest) -> ExitCode:
     twin = make_twin(config, effects, request.seed, reality)
     config, gait = with_gait(config, request.gait)
     plan = plan_of(config, gait, request.frequency_hz, request.seconds, request.steer)
-    begin_s = time.perf_counter()
-    with ProgressBar("walking") as bar:
-        trial = _walk(config, twin, plan, request, bar.show)
+    trial = _walk(config, twin, plan, request, progress)
     if out.suffix != ".mcap":
         write_trial(trial, out)
-    wall_s = time.perf_counter() - begin_s
-    forward_m = float(trial.body_position_m[-1, 0] - trial.body_position_m[0, 0])
-    samples = len(trial.time_s)
-    if request.json:
-        print_json({"file": out, "samples": samples, "way_x_m": forward_m, "wall_s": wall_s})
-    else:
-        words = ", ".join(request.effect) if effects else "nothing wrong"
-        print(f"{out}: {samples} samples of {plan.gait}, {words}")
-        print(f"distance along x {forward_m:.3f} m; {plan.seconds:g} s walked in {wall_s:.1f} s")
-    return ExitCode.OK
+    return trial
 
 
 def _walk(

@@ -23,6 +23,7 @@ ROOT = Path(__file__).resolve().parents[3]
 ACTS = {
     ("robot", "export"): "writes files",
     ("robot", "new"): "writes a robot file; bigant robot show FILE --json",
+    ("gap", "demo"): "writes runs and diagnosis.json into its folder",
     ("sim", "render"): "draws",
     ("drive",): "bigant show LOG --json has the summary",
     ("view",): "draws",
