@@ -37,6 +37,12 @@ def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
         GapError: The trials cannot be compared with a simulator.
         ConfigError: ``--html`` names no page, or ``--json`` a file that is no JSON.
     """
+    check_json(request.json)
+    check_room(request.html, "--html", ".html")
+    if request.alone:
+        return fit_alone(request)
+    if request.effect:
+        raise ConfigError("--effect", "goes with --alone; --effects-only limits --sim mujoco")
     diagnosis = report_diagnosis(request)
     return ExitCode.VERDICT_FAILED if diagnosis.verdict is Verdict.UNEXPLAINED else ExitCode.OK
 
@@ -47,14 +53,7 @@ def report_diagnosis(request: GapDiagnoseRequest) -> Diagnosis:
     Raises:
         RecordError: A trial cannot be read, or a report cannot be written.
         GapError: The trials cannot be compared with a simulator.
-        ConfigError: ``--html`` names no page, or ``--json`` a file that is no JSON.
     """
-    check_json(request.json)
-    check_room(request.html, "--html", ".html")
-    if request.alone:
-        return fit_alone(request)
-    if request.effect:
-        raise ConfigError("--effect", "goes with --alone; --effects-only limits --sim mujoco")
     runs = read_runs(
         request.trials, request.reference, request.robot, request.joint, request.machine
     )

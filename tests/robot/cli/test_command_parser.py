@@ -14,7 +14,7 @@ from robot.cli.main import run
         ),
         (["drive", "--gate", "tripod"], "--gate tripod; did you mean --gait?"),
         (["servo", "watch", "--prot", "x"], "bigant servo watch: error:"),
-        (["gap"], "ACTION is one of: apply, diagnose, effects, next"),
+        (["gap"], "ACTION is one of: apply, demo, diagnose, effects, next"),
         (["drve"], "did you mean drive?"),
         (["gap", "diagnos"], "did you mean diagnose?"),
         (["force", "watch", "--seconds", "-1"], "--seconds: must be a positive number, not -1"),
