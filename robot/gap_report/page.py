@@ -32,7 +32,7 @@ from robot.gap_report.words import (
     stage_note,
 )
 from robot.report.page import render
-from robot.report.pictures import inline_svg
+from robot.report.pictures import page_picture
 from robot.report.plots import PREDICTED, STYLE
 
 MOST_RIVALS = 5
@@ -95,7 +95,7 @@ def diagnosis_page(
         maps=gap_maps(d),
         judged=d.held_out,
         traces=[
-            (name, inline_svg(figure, str(number)))
+            page_picture(figure, name, str(number))
             for number, (name, figure) in enumerate(draw_traces(d).items())
         ],
         next=_next(d),

@@ -31,8 +31,8 @@ from robot.odometry.table import (
     unknown_rows,
     walking_words,
 )
-from robot.report.page import render
-from robot.report.pictures import inline_svg
+from robot.report.page import PagePicture, render
+from robot.report.pictures import page_picture
 from robot.report.plots import STYLE
 
 MOST_REASONS = 12
@@ -47,7 +47,7 @@ class PagePart:
     Attributes:
         title: Its heading.
         says: What it shows, in a sentence or two.
-        pictures: Name, SVG, and what it shows, each.
+        pictures: Its pictures.
         head: Names of the table's columns.
         rows: Its rows.
         numbers: Columns that are set to the right.
@@ -57,7 +57,7 @@ class PagePart:
 
     title: str
     says: str = ""
-    pictures: Sequence[tuple[str, str, str]] = ()
+    pictures: Sequence[PagePicture] = ()
     head: Sequence[str] = ()
     rows: Sequence[Sequence[str]] = ()
     numbers: Sequence[int] = ()
@@ -253,10 +253,10 @@ def _legs(comparison: OdometryComparison) -> PagePart:
     return replace(table, says=words.LEGS, pictures=pictures, note=f"{note}." if note else "")
 
 
-def _picture(name: str, figure: Figure, says: str) -> tuple[str, str, str]:
+def _picture(name: str, figure: Figure, says: str) -> PagePicture:
     for patch in (figure.patch, *(ax.patch for ax in figure.axes)):
         patch.set_alpha(0.0)  # the page's paper, light or dark
-    return name, inline_svg(figure, name.lower().replace(" ", "-")), says
+    return page_picture(figure, name, name.lower().replace(" ", "-"), says)
 
 
 def _table(title: str, label: str, names: Sequence[str], columns: Sequence[Figures]) -> PagePart:

@@ -5,19 +5,18 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from robot.replay.repeat import Overlay
-from robot.report.plots import DIFFERENCE, MOST_POINTS, PREDICTED, STYLE, TRUE
+from robot.report.plots import DIFFERENCE, PREDICTED, STYLE, TRUE
 
 OLD, NEW = TRUE, PREDICTED
 
 
 def draw_repeat(both: Overlay) -> dict[str, Figure]:
     """Draw all pictures of two runs that lie one over the other, by title."""
-    thin = slice(None, None, max(1, len(both.t_s) // MOST_POINTS))
     with mpl.rc_context(STYLE):
-        return {"Body velocity": _velocity(both, thin), "Feet and shafts": _legs(both, thin)}
+        return {"Body velocity": _velocity(both), "Feet and shafts": _legs(both)}
 
 
-def _velocity(both: Overlay, thin: slice) -> Figure:
+def _velocity(both: Overlay) -> Figure:
     figure = Figure(figsize=(9, 6.4), layout="constrained")
     axes = figure.subplots(4, 1, sharex=True)
     kind, name = "true", "truth_velocity_B"
@@ -27,11 +26,11 @@ def _velocity(both: Overlay, thin: slice) -> Figure:
     labels = ("vx [mm/s]", "vy [mm/s]", "yaw rate [mrad/s]")
     colours = (PREDICTED, "#009E73", "#CC79A7")
     for part, (ax, label, colour) in enumerate(zip(axes, labels, colours, strict=False)):
-        ax.plot(both.t_s[thin], old[thin, part] * 1e3, color=OLD, lw=1.8, label=f"old, {kind}")
-        ax.plot(both.t_s[thin], new[thin, part] * 1e3, color=NEW, lw=0.9, label=f"new, {kind}")
+        ax.plot(both.t_s, old[:, part] * 1e3, color=OLD, lw=1.8, label=f"old, {kind}")
+        ax.plot(both.t_s, new[:, part] * 1e3, color=NEW, lw=0.9, label=f"new, {kind}")
         ax.set_ylabel(label)
-        difference = (new - old)[thin, part] * 1e3
-        axes[3].plot(both.t_s[thin], difference, color=colour, lw=0.8, label=label)
+        difference = (new - old)[:, part] * 1e3
+        axes[3].plot(both.t_s, difference, color=colour, lw=0.8, label=label)
     axes[0].legend(loc="upper right", ncols=2)
     axes[3].legend(loc="upper right", ncols=3)
     axes[3].set_ylabel("new - old")
@@ -39,18 +38,18 @@ def _velocity(both: Overlay, thin: slice) -> Figure:
     return figure
 
 
-def _legs(both: Overlay, thin: slice) -> Figure:
+def _legs(both: Overlay) -> Figure:
     legs = len(both.names)
     figure = Figure(figsize=(9, 1.5 * legs + 0.6), layout="constrained")
     axes = figure.subplots(legs, 3, sharex=True, squeeze=False, sharey="col")
-    t_s = both.t_s[thin]
+    t_s = both.t_s
     angle, amperes = both.difference("angle_rad"), both.difference("current_a")
     for leg, name in enumerate(both.names):
         force, shaft, current = axes[leg]
-        force.plot(t_s, both.old["force_n"][thin, leg, 2], color=OLD, lw=1.4)
-        force.plot(t_s, both.new["force_n"][thin, leg, 2], color=NEW, lw=0.8)
-        shaft.plot(t_s, angle[thin, leg] * 1e3, color=DIFFERENCE, lw=0.8)
-        current.plot(t_s, amperes[thin, leg], color=DIFFERENCE, lw=0.8)
+        force.plot(t_s, both.old["force_n"][:, leg, 2], color=OLD, lw=1.4)
+        force.plot(t_s, both.new["force_n"][:, leg, 2], color=NEW, lw=0.8)
+        shaft.plot(t_s, angle[:, leg] * 1e3, color=DIFFERENCE, lw=0.8)
+        current.plot(t_s, amperes[:, leg], color=DIFFERENCE, lw=0.8)
         force.set_ylabel(name)
     titles = ("Fz [N], old and new", "shaft, new - old [mrad]", "current, new - old [A]")
     for ax, title in zip(axes[0], titles, strict=True):

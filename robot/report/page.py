@@ -1,8 +1,8 @@
-"""Every HTML report: self-contained, readable on a phone, in the dark and on paper.
+"""Every HTML report: self-contained, readable on a phone, in the dark, on paper and without scripts.
 
-Markup and style stand in ``templates/``; Python gives them texts and pictures. Nothing is loaded from
-anywhere. What is wider than a phone (tables, pictures) scrolls sideways inside its own box; the page does
-not.
+Markup, style and scripts stand in ``templates/``; Python gives them texts and pictures. Nothing is loaded
+from anywhere. What is wider than a phone (tables, still pictures) scrolls sideways inside its own box; the
+page does not.
 """
 
 import html
@@ -10,12 +10,33 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib.resources import files
 from typing import Any
 
 MARKS = frozenset({"pass", "warn", "fail", "skip"})
 SHORT = re.compile(r"[-\d.]+ \S{1,4}")
 LONG_WORD = re.compile(r"\S{8,}")
 BREAKS = re.compile(r"([_/]|\.(?=[a-z]))")
+MOVES = "<figure class='plot'>"  # what has plots, and with them needs the library
+END = "</body></html>"
+LIBRARY = "<script class='library'>"
+
+
+@dataclass(frozen=True, slots=True)
+class PagePicture:
+    """A picture of a page: still, and as plots that zoom and hover (``pictures.page_picture`` makes it).
+
+    Attributes:
+        name: What it shows, in a few words.
+        svg: The still picture.
+        plots: The plots, as JSON.
+        says: What it shows, in a sentence or two; below it.
+    """
+
+    name: str
+    svg: str
+    plots: str
+    says: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,14 +48,14 @@ class Section:
         rows: Texts: a label and its text each, or with ``head`` one a column.
         head: Names of the columns.
         numbers: Columns that are set to the right.
-        svg: A picture.
+        picture: A picture.
     """
 
     title: str
     rows: Sequence[Sequence[str]] = ()
     head: Sequence[str] = ()
     numbers: Sequence[int] = ()
-    svg: str = ""
+    picture: PagePicture | None = None
 
 
 def report_page(
@@ -69,7 +90,26 @@ def render(template: str, **values: object) -> str:
         values: What it names.
     """
     page: str = _templates().get_template(template).render(values)
-    return page
+    return page.replace(END, f"{_scripts()}{END}") if MOVES in page else page
+
+
+def with_shared_library(page: str, file: str) -> str:
+    """Return a page whose plots are drawn by a library in a file beside it, for folders of many pages."""
+    if LIBRARY not in page:
+        return page
+    before, rest = page.split(LIBRARY, 1)
+    return f"{before}<script src='{html.escape(file)}'></script>{rest.split('</script>', 1)[1]}"
+
+
+def script(name: str) -> str:
+    """Return a script of ours in ``templates/``."""
+    return (files("robot.report") / "templates" / name).read_text(encoding="utf-8")
+
+
+def _scripts() -> str:
+    from robot.report.moving import library  # loaded only when a page is written
+
+    return f"{LIBRARY}{library()}</script>\n<script>{script('moving.js')}</script>\n"
 
 
 @cache

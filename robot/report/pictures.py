@@ -6,10 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.figure import Figure
 
 from record.whole_file import whole_file, write_text
-from robot.report.page import Section, report_page
+from robot.report.moving import moving_json
+from robot.report.page import PagePicture, Section, report_page
+from robot.report.thinning import kept_rows
 
 # Coordinates in a picture that matplotlib writes with six digits: of long curves, all but scales.
 PATH = re.compile(r'(<path d="|points=")([^"]*)"')
@@ -24,6 +27,7 @@ PAGE_COLOURS = (
     ("#555555", "var(--faint)"),
 )
 DOTS_PER_INCH = 130
+MOST_IN_STILL = 300  # points of a curve: most pictures are 350 points wide
 
 
 def write_report(
@@ -69,9 +73,20 @@ def save_pictures(out: Path, figures: Mapping[str, Figure]) -> tuple[Path, ...]:
 def pictures(figures: Mapping[str, Figure]) -> list[Section]:
     """Return each picture under its title."""
     return [
-        Section(name, svg=inline_svg(figure, str(number)))
+        Section(name, picture=page_picture(figure, name, str(number)))
         for number, (name, figure) in enumerate(figures.items())
     ]
+
+
+def page_picture(figure: Figure, name: str, number: str, says: str = "") -> PagePicture:
+    """Return a figure as a still picture with plots to take its place; its curves are thinned for both."""
+    plots = moving_json(figure)
+    for ax in figure.axes:
+        for line in ax.lines:
+            x, y = (np.asarray(one, dtype=np.float64) for one in line.get_data())
+            rows = kept_rows(x, y, MOST_IN_STILL)
+            line.set_data(x[rows], y[rows])
+    return PagePicture(name, inline_svg(figure, number), plots, says)
 
 
 def inline_svg(figure: Figure, number: str) -> str:

@@ -38,8 +38,7 @@ STYLE: Any = {  # matplotlib types its settings by name
     "legend.edgecolor": "none",
     "legend.borderpad": 0.2,
 }
-# A picture is 650 points wide, a panel of the forces a third of it.
-MOST_POINTS, MOST_IN_PANEL = 1500, 600
+MOST_MARKS = 600  # of faults in a picture
 
 
 def draw_log(log: Recording) -> dict[str, Figure]:
@@ -53,14 +52,9 @@ def draw_log(log: Recording) -> dict[str, Figure]:
         }
 
 
-def _thin(log: Recording, most: int = MOST_POINTS) -> slice:
-    return slice(None, None, max(1, len(log.t_s) // most))
-
-
 def _trajectory(log: Recording) -> Figure:
     figure = Figure(figsize=(9, 3.6), layout="constrained")
     ax: Axes = figure.subplots()
-    thin = _thin(log)
     curves = [
         ("dead reckoning", _in_truth_frame(log, log.dead_reckoning_pose), PREDICTED, 1.5, "--"),
         ("estimator", _in_truth_frame(log, log.estimate_pose), ESTIMATED, 1.5, "-."),
@@ -69,8 +63,8 @@ def _trajectory(log: Recording) -> Figure:
         curves.insert(0, ("true", planar_pose(log), TRUE, 2.5, "-"))
     for name, pose, colour, width, style in curves:
         if name != "estimator" or np.isfinite(pose).any():
-            ax.plot(*pose[thin, :2].T, color=colour, lw=width, ls=style, label=name)
-    _headings(ax, curves[0][1][thin])
+            ax.plot(*pose[:, :2].T, color=colour, lw=width, ls=style, label=name)
+    _headings(ax, curves[0][1])
     _widen(ax, LEAST_M)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set(xlabel="x [m]", ylabel="y [m]")
@@ -120,11 +114,10 @@ def _velocity(log: Recording) -> Figure:
         curves.insert(0, ("true", true_velocity(log), TRUE, 1.8))
     if np.isfinite(log.estimate_velocity_B).any():
         curves.append(("estimator", log.estimate_velocity_B, ESTIMATED, 0.9))
-    thin = _thin(log)
     for component, (ax, label) in enumerate(zip(axes[:3], labels, strict=True)):
         for name, velocity, colour, width in curves:
-            values = velocity[thin, component] * 1e3
-            ax.plot(log.t_s[thin], values, color=colour, lw=width, label=name)
+            values = velocity[:, component] * 1e3
+            ax.plot(log.t_s, values, color=colour, lw=width, label=name)
         ax.set_ylabel(label)
         _shade_walking(ax, log)
         _mark_faults(ax, log)
@@ -137,14 +130,13 @@ def _velocity(log: Recording) -> Figure:
 
 def _velocity_difference(ax: Axes, log: Recording, labels: tuple[str, ...]) -> None:
     error = (log.predicted_velocity_B - true_velocity(log)) * 1e3
-    thin = _thin(log)
     ax.set(xlabel="time [s]", ylabel="predicted\nless true")
     if not log.has_truth:
         ax.text(0.5, 0.5, "no truth in this log", transform=ax.transAxes, ha="center", va="center")
         return
     for component, colour in enumerate((PREDICTED, ESTIMATED, "#CC79A7")):
         label = labels[component]
-        ax.plot(log.t_s[thin], error[thin, component], lw=0.8, color=colour, label=label)
+        ax.plot(log.t_s, error[:, component], lw=0.8, color=colour, label=label)
     _legend_above(ax)
     _clip(ax, error.ravel(), LEAST_MM_S)
 
@@ -153,7 +145,6 @@ def _forces(log: Recording) -> Figure:
     legs = len(log.names)
     figure = Figure(figsize=(9, 1.5 * legs + 0.6), layout="constrained")
     axes = figure.subplots(legs, 3, sharex=True, squeeze=False, sharey="col")
-    thin = _thin(log, MOST_IN_PANEL)
     curves = [("predicted", log.predicted_force_n, PREDICTED, 0.8)]
     measured = bool(np.isfinite(log.force_n).any())
     if measured:
@@ -161,7 +152,7 @@ def _forces(log: Recording) -> Figure:
     for axis, letter in enumerate("xyz"):
         for leg, ax in enumerate(axes[:, axis]):
             for _, force, colour, width in curves:
-                ax.plot(log.t_s[thin], force[thin, leg, axis], color=colour, lw=width)
+                ax.plot(log.t_s, force[:, leg, axis], color=colour, lw=width)
         axes[0, axis].set_title(f"F{letter} [N]")
         axes[-1, axis].set_xlabel("time [s]")
         shown = np.concatenate([force[..., axis].ravel() for _, force, _, _ in curves])
@@ -177,11 +168,10 @@ def _forces(log: Recording) -> Figure:
 def _shafts(log: Recording) -> Figure:
     figure = Figure(figsize=(9, 4.2), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
-    thin = _thin(log)
     lag_mrad = 1e3 * (log.angle_rad - log.sent_angle_rad)
     for joint, name in enumerate(log.joints):
-        top.plot(log.t_s[thin], log.angle_rad[thin, joint], lw=1.2, label=name)
-        bottom.plot(log.t_s[thin], lag_mrad[thin, joint], lw=0.8)
+        top.plot(log.t_s, log.angle_rad[:, joint], lw=1.2, label=name)
+        bottom.plot(log.t_s, lag_mrad[:, joint], lw=0.8)
     top.set_ylabel("shaft angle [rad]")
     bottom.set_ylabel("measured\nless sent [mrad]")
     _clip(bottom, lag_mrad.ravel(), LEAST_MRAD)
@@ -205,7 +195,7 @@ def _mark_faults(ax: Axes, log: Recording) -> None:
     """Mark ticks with faults at the upper edge, and where a stop began that nobody wished."""
     rows = sorted({row for row, _ in log.faults})
     if rows:
-        rows = rows[:: 1 + len(rows) // MOST_IN_PANEL]
+        rows = rows[:: 1 + len(rows) // MOST_MARKS]
         edge = ax.get_xaxis_transform()
         ax.plot(log.t_s[rows], np.full(len(rows), 0.96), ls="", marker="|", ms=5, mew=0.8,
                 color=FAULT, transform=edge, label="fault")  # fmt: skip

@@ -161,6 +161,11 @@ def _seen(one: dict[str, object]) -> Seen:
                 number("text"))  # fmt: skip
 
 
+def without_scripts(page: str) -> str:
+    """A page as a reader without scripts has it."""
+    return re.sub("<script.*?</script>", "", page, flags=re.DOTALL)
+
+
 def run_browser(folder: Path, *words: str) -> str:
     """Run the browser with a profile of its own; return what it printed."""
     command = [find_browser(), *QUIET, f"--user-data-dir={folder / 'profile'}", *words]

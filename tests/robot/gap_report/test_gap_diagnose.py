@@ -21,6 +21,7 @@ from robot.gap_report.words import fault_groups
 from robot.requests.campaign import CampaignScoreRequest
 from robot.requests.gap import GapDiagnoseRequest
 from tests.gap.bench_trials import IDEAL, servo_trial
+from tests.robot.browser import without_scripts
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -52,7 +53,7 @@ def test_a_servo_with_play(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert found["causes"][0]["effect"] == "play"
     assert found["causes"][0]["parameters"]["width_rad"] == pytest.approx(0.03, rel=0.05)
     assert found["gap"]["after"] < 0.3
-    text = page.read_text()
+    text = without_scripts(page.read_text())
     assert "play at arm" in text
     assert text.count("<svg") == 1  # the only channel, before and after
     for title in ("Explained", "Which effects", "What to do:", "Where it lies", "Before and after"):

@@ -31,6 +31,7 @@ from robot.odometry.page import odometry_page, verdict_of
 from robot.odometry.sources import SourceFit, rejected_of, sources_of
 from robot.odometry.table import as_json, table
 from robot.odometry.track import TrackedLog, track, track_log
+from tests.robot.browser import without_scripts
 from tests.robot.odometry.poorer_logs import (
     MIDDLE,
     gaps,
@@ -95,7 +96,7 @@ def troubled(log: Path, tracked: TrackedLog, found: OdometryComparison) -> Odome
 
 
 def page_of(comparison: OdometryComparison) -> str:
-    return odometry_page(comparison, Path("walk.mcap"), "2026-02-03")
+    return without_scripts(odometry_page(comparison, Path("walk.mcap"), "2026-02-03"))
 
 
 def headings(page: str) -> list[str]:
