@@ -28,7 +28,8 @@ try:
 except ImportError:  # no wheel for this interpreter yet: slow, and said so by COMPILED
     COMPILED = False
 else:
-    COMPILED = True
+    settings: Any = numba.config  # has no types
+    COMPILED = not settings.DISABLE_JIT  # NUMBA_DISABLE_JIT=1: plain Python, for a debugger
 
     class _Compiling(event.Listener):
         """Passes on that a function's compilation begins or ends."""

@@ -17,6 +17,7 @@ from model.estimator import (
     output,
     process,
     senses,
+    shaft_zeros,
     sources,
     tolerance_kernel,
     tolerances,
@@ -28,7 +29,7 @@ from model.estimator.measurements import TURN
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood, no_answer
 from model.estimator.process import ProcessStep
 from model.estimator.settings import EstimatorSettings, record_of
-from model.estimator.sources import ABSOLUTE, FORCE, LOAD
+from model.estimator.sources import ABSOLUTE
 from model.quasistatic import frame
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import (
@@ -123,6 +124,7 @@ class Estimator:
             transition=np.eye(self.size), companions=tolerances.at_start(legs),
             sources=sources.at_start(legs), forces=force_blend.at_start(),
             balance=health.UNKNOWN, strain=readonly(np.ones(3)), vibration=vibration.AT_REST,
+            zeros=shaft_zeros.at_start(legs),
         )  # fmt: skip
 
     def step(
@@ -200,7 +202,7 @@ class Estimator:
                 measure.Belief(step.mean, covariance), heard.share, feet, loaded & ~dead, answer,
                 self.contact.mu, self._record,
             )  # fmt: skip
-            self._add_doubt(forces, expected - state.expected, dt_s, apart)
+            measure.add_doubt(forces, expected - state.expected, dt_s, apart, settings)
             measured.insert(0, forces)
         used = self._correct(step.mean, covariance, measured, state, inputs.t_ns)
         mean, believed = used.mean, used.covariance
@@ -251,6 +253,14 @@ class Estimator:
             balance=health.balance(state, heard, step.mean, settings),
             strain=health.strain(used.sources) if settings.adaptive else state.strain,
             vibration=shaking,
+            zeros=shaft_zeros.learn(
+                state.zeros,
+                heard,
+                solved.load_n / self.weight_n,
+                apart,
+                inputs.slope_m,
+                settings.height_sd * solved.pose[2],
+            ),
             gyro_ns=inputs.t_ns if isfinite(inputs.yaw_rate_rad_s) else state.gyro_ns,
         )
         answered_by = output.Answer(model, predicted, shake, held)
@@ -278,32 +288,6 @@ class Estimator:
         return predicted, force_blend.learn(
             state.forces, heard.share, filtered, plain, self.settings
         )
-
-    def _add_doubt(
-        self,
-        stack: MeasurementStack,
-        change: FloatArray,
-        dt_s: float,
-        apart: tolerances.Apart | None,
-    ) -> None:
-        """Add to the noise of forces what tolerances do to loads, and what a wrong time does to all.
-
-        Args:
-            stack: The measurement.
-            change: Of the forces expected, over the weight, since the tick before, (N, 3).
-            dt_s: Time since that tick [s].
-            apart: What companions answered.
-        """
-        doubt = np.zeros((self.legs, 3))
-        if dt_s > 0:
-            doubt += np.nan_to_num(self.settings.delay_sd / dt_s * change) ** 2
-        if apart is not None:
-            doubt[:, 2] += apart.load_variance
-        for first, kind, leg in stack.blocks.tolist():
-            if kind == LOAD:
-                stack.variance[first] += doubt[leg, 2]
-            elif kind == FORCE:
-                stack.variance[first : first + 2] += doubt[leg, :2]
 
     def _predict(
         self,

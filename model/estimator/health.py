@@ -160,7 +160,12 @@ def judge(
 def remarks(state: EstimatorState, names: Sequence[str]) -> str:
     """Say what of the robot file or the ground does not agree with the measurements."""
     return BETWEEN.join(
-        (*_of_forces(state.balance), *_of_legs(state, names), *_of_loads(state, names))
+        (
+            *_of_forces(state.balance),
+            *_of_zeros(state, names),
+            *_of_legs(state, names),
+            *_of_loads(state, names),
+        )
     )
 
 
@@ -175,6 +180,13 @@ def _of_forces(forces: FloatArray) -> Iterator[str]:
         yield f"the ground rises by {degrees(atan(steep)):.1f} degrees towards {uphill:.0f} degrees of yaw"
     if abs(z - 1.0) > WEIGHT_SHARE:
         yield f"the feet carry {z:.2f} of the robot file's weight"
+
+
+def _of_zeros(state: EstimatorState, names: Sequence[str]) -> Iterator[str]:
+    leg = state.zeros.suspected
+    if leg >= 0:
+        size = degrees(abs(state.zeros.angle_rad[0, leg]))
+        yield f"the zero of {names[leg]} seems to be off by {size:.0f} degrees"
 
 
 def _of_legs(state: EstimatorState, names: Sequence[str]) -> Iterator[str]:

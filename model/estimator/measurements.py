@@ -14,6 +14,7 @@ from model.estimator.kalman import MeasurementStack
 from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.estimator.sources import ABSOLUTE, FORCE, GYRO, LOAD, NO_SOURCE, TILT
+from model.estimator.tolerances import Apart
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from model.values.estimate import FIXED, GYRO_BIAS, POSE, SCALE, TILT_BIAS, YAW, OdometryInputs
 from model.values.legs import FootMotion
@@ -262,6 +263,34 @@ def feet_stack_kernel(
     gates[block] = np.inf
     blocks[block, 0], blocks[block, 1], blocks[block, 2] = at, NO_SOURCE, 0
     return at + 1, block + 1
+
+
+def add_doubt(
+    stack: MeasurementStack,
+    change: FloatArray,
+    dt_s: float,
+    apart: Apart | None,
+    settings: EstimatorSettings,
+) -> None:
+    """Add to the noise of forces what tolerances do to loads, and what a wrong time does to all.
+
+    Args:
+        stack: The measurement.
+        change: Of the forces expected, over the weight, since the tick before, (N, 3).
+        dt_s: Time since that tick [s].
+        apart: What companions answered.
+        settings: How late forces may be.
+    """
+    doubt = np.zeros(change.shape)
+    if dt_s > 0:
+        doubt += np.nan_to_num(settings.delay_sd / dt_s * change) ** 2
+    if apart is not None:
+        doubt[:, 2] += apart.load_variance
+    for first, kind, leg in stack.blocks.tolist():
+        if kind == LOAD:
+            stack.variance[first] += doubt[leg, 2]
+        elif kind == FORCE:
+            stack.variance[first : first + 2] += doubt[leg, :2]
 
 
 def prepare() -> None:

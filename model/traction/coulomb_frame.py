@@ -145,6 +145,13 @@ def balance_frame(
             feet[i, GIVE] = lxx * px * lxx + lxy * py * lxy
             feet[i, GIVE + 1] = lxx * px * lxy + lxy * py * lyy
             feet[i, GIVE + 2] = lxy * px * lxy + lyy * py * lyy
+            if warm and law.coulomb:
+                # a foot that gives answers as it did a moment ago: the search starts there
+                fx, fy = -elastic[k, 2] / total, -elastic[k, 3] / total
+                along = (ax * fx + ay * fy) / (1.0 + ax * ax + ay * ay)
+                fx, fy = fx - ax * along, fy - ay * along
+                least = min(1.0, c / total / max(np.sqrt(fx * fx + fy * fy), 1e-300))
+                feet[i, DUAL], feet[i, DUAL + 1] = least * fx, least * fy
         feet[i, LEVER], feet[i, LEVER + 1], feet[i, LEVER + 2] = lxx, lxy, lxx * gx + lxy * gy
         feet[i, LEVER + 3], feet[i, LEVER + 4], feet[i, LEVER + 5] = lxy, lyy, lxy * gx + lyy * gy
         feet[i, OFFSET] = (lxx * sx + lxy * sy) / top
@@ -168,6 +175,8 @@ def balance_frame(
     if state == NOT_SOLVED:
         if exact or not warm:
             body[TWIST, 0] = body[TWIST, 1] = body[TWIST, 2] = 0.0
+        for i in range(loaded if exact else 0):  # what polishing left there
+            feet[i, DUAL] = feet[i, DUAL + 1] = 0.0
         start = 0.0 if warm and law.rest > 0.0 else np.inf
         if not law.coulomb:
             sigma = coulomb_scale(slip, force, CREEP_SPEED_M_S)

@@ -45,6 +45,7 @@ SETTLED = 1e-11  # accepted change of a slip that creeps or gives, share of the 
 LOOSER = (
     1e3  # times that where sigma or Stribeck's grip follows the slips, which closes in linearly
 )
+AHEAD = 10.0  # the next change is taken to be that much larger than its estimate
 STEPS = 80
 FOLLOWING_STEPS = 400
 STAY_INSIDE = 0.98  # share of the way to the edge of the cone taken by a step of the forces
@@ -239,7 +240,7 @@ def descend(
     """Find the balance.
 
     Args:
-        feet: The table of feet; columns DUAL and SLIP are written.
+        feet: The table of feet; columns DUAL, in: where the duals start, and SLIP are written.
         body: What else acts; row TWIST is the velocity, in: a start, out: the one found.
         law: How feet answer slip, in units of the frame.
         elastic: Whether feet give.
@@ -257,7 +258,10 @@ def descend(
     slips(feet, body, TWIST, SLIP)
     gap = 0.0
     for k in range(feet.shape[0]):
-        feet[k, DUAL] = feet[k, DUAL + 1] = 0.0
+        y0, y1 = feet[k, DUAL], feet[k, DUAL + 1]
+        if elastic:
+            feet[k, SLIP] -= feet[k, GIVE] * y0 + feet[k, GIVE + 1] * y1
+            feet[k, SLIP + 1] -= feet[k, GIVE + 1] * y0 + feet[k, GIVE + 2] * y1
         feet[k, GRIP] = feet[k, LIMIT]
         gap += feet[k, LIMIT] * np.sqrt(feet[k, SLIP] ** 2 + feet[k, SLIP + 1] ** 2)
     s = max(min(start, gap), rest) if coulomb else start if start > 0.0 else 1.0 / law.creep
@@ -272,7 +276,7 @@ def descend(
         inside = _lay_steps(feet, coulomb, elastic, exact, system)
         for i in range(3):
             body[TWIST, i] += system[SOLUTION, i]
-        gap, moved, size = 0.0, 0.0, 0.0
+        gap, moved, size, left = 0.0, 0.0, 0.0, 0.0
         for k in range(feet.shape[0]):
             y0 = feet[k, DUAL] + inside * feet[k, STEP]
             y1 = feet[k, DUAL + 1] + inside * feet[k, STEP + 1]
@@ -283,7 +287,11 @@ def descend(
             if elastic:
                 z0 -= feet[k, GIVE] * y0 + feet[k, GIVE + 1] * y1
                 z1 -= feet[k, GIVE + 1] * y0 + feet[k, GIVE + 2] * y1
-            moved = max(moved, abs(z0 - feet[k, SLIP]), abs(z1 - feet[k, SLIP + 1]))
+            d0, d1 = abs(z0 - feet[k, SLIP]), abs(z1 - feet[k, SLIP + 1])
+            moved = max(moved, d0, d1)
+            # what Newton's next step would change, as a share: the square of this one's, over the length
+            # in which the law bends
+            left = max(left, (d0 * d0 + d1 * d1) / (z0 * z0 + z1 * z1 + s * s + SMALL))
             size = max(size, abs(z0), abs(z1))
             feet[k, DUAL], feet[k, DUAL + 1] = y0, y1
             feet[k, SLIP], feet[k, SLIP + 1] = z0, z1
@@ -293,8 +301,10 @@ def descend(
         if not coulomb:
             last, s = s, _follow(feet, law.creep)
             moved = max(moved, size * abs(s / last - 1.0))
-        if not exact and (s <= rest or not coulomb) and moved <= tolerance * (size + rest):
-            return gap, True
+        if not exact and (s <= rest or not coulomb):
+            settled = moved <= tolerance * (size + rest)
+            if settled or (not follows and AHEAD * left <= tolerance):
+                return gap, True
         if coulomb:
             # s follows the gap down: faster the more of the step was taken
             s = min(s, gap) * (0.1 if inside > 0.9 else 0.3 if inside > 0.5 else 0.8)

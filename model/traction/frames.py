@@ -259,6 +259,9 @@ def _balance(given: Given, law: FootLaw, newtons: bool, out: TractionSolutions) 
                         force[f, k, 0] *= scale
                         force[f, k, 1] *= scale
             else:
+                if warm and law.rest > 0.0 and f > 1 and np.isfinite(velocity[f - 2, 0]):
+                    for i in range(3):  # the search starts where the two frames before lead to
+                        twist[i] = 2.0 * velocity[f - 1, i] - velocity[f - 2, i]
                 reason[f], unique[f] = balance_frame(
                     work, loads, mu, law, outside, elastic, warm, twist, slip[f], force[f], rest,
                     count > 0,

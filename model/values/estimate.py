@@ -63,6 +63,8 @@ class OdometryInputs:
         added: What effects add to the model; None without any.
         pose_sd_m: Standard deviation of its x and y; NaN for that of the settings.
         yaw_sd_rad: The same of its yaw.
+        slope_m: Of each foot's height over its shaft's angle, (N,) [m/rad], NaN while a shaft rests; None
+            where legs have no shafts of their own.
     """
 
     t_ns: int
@@ -75,6 +77,7 @@ class OdometryInputs:
     added: AddedByEffects | None = None
     pose_sd_m: float = np.nan
     yaw_sd_rad: float = np.nan
+    slope_m: FloatArray | None = None
 
 
 def paired_covariance(apart: FloatArray) -> FloatArray:
@@ -173,6 +176,27 @@ class Vibration:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class ZeroEvidence:
+    """What loads say of the shafts' zeros (``model.estimator.shaft_zeros``).
+
+    Attributes:
+        information: Of a height and an angle of each leg, (2N, 2N).
+        pull: Its right side, (2N,).
+        square: Mean square of what is fitted, and of how many records, (2,).
+        records: How many records of forces came.
+        angle_rad: By how much each zero seems to be off, and its standard deviation, (2, N).
+        suspected: Leg whose zero seems wrong, -1 for none.
+    """
+
+    information: FloatArray
+    pull: FloatArray
+    square: FloatArray
+    records: int
+    angle_rad: FloatArray
+    suspected: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class EstimatorState:
     """All that the estimator remembers from one tick to the next.
 
@@ -207,6 +231,7 @@ class EstimatorState:
         strain: Variance of the noise of vx, vy and yaw rate over that of the settings, as innovations ask
             for, (3,).
         vibration: How fast the body shakes.
+        zeros: What loads say of the shafts' zeros.
         gyro_ns: Time of the last tick with a yaw rate, -1 for never.
     """
 
@@ -236,6 +261,7 @@ class EstimatorState:
     balance: FloatArray
     strain: FloatArray
     vibration: Vibration
+    zeros: ZeroEvidence
     gyro_ns: int = NEVER
 
 

@@ -15,7 +15,7 @@ from model.kinematics.legs import LegKinematics, leg_kinematics
 from model.motion.se2 import aligning, compose, yaw_of
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import POSE, Estimate, OdometryInputs
-from model.values.legs import FootForces, JointState
+from model.values.legs import FootForces, FootMotion, JointState
 from model.values.parameters import RobotParameters
 from model.values.readings import ImuRecord, PoseRecord
 from model.values.tick import Tick
@@ -26,6 +26,7 @@ from robot.control.effects import EffectMemory, EffectsBeside
 from robot.control.imu import MountedImu
 
 FIRST = -1
+LEAST_RATE_RAD_S = 0.05  # of a shaft that turns
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,6 +105,8 @@ class EstimatorStage:
                 effects, t_ns, joints.angle_rad, joints.rate_rad_s, forces
             )
             inputs = OdometryInputs(t_ns, tick.answer.feet, tick.forces, added=tick.added)
+        if len(joints.rate_rad_s) == len(inputs.feet.position_m):  # a shaft a leg
+            inputs = replace(inputs, slope_m=_slope(inputs.feet, joints.rate_rad_s))
         if imu:
             rate, roll, pitch = self._imu.of_body(imu, t_ns)
             inputs = replace(inputs, yaw_rate_rad_s=rate, roll_rad=roll, pitch_rad=pitch)
@@ -148,6 +151,16 @@ class EstimatorStage:
             else:
                 newest = sample
         return alignment, late, newest
+
+
+def _slope(feet: FootMotion, rate_rad_s: FloatArray) -> FloatArray:
+    """Slope of each foot's height over its shaft's angle, (N,) [m/rad]; NaN while a shaft rests."""
+    turns = np.abs(rate_rad_s) > LEAST_RATE_RAD_S
+    with np.errstate(invalid="ignore"):
+        slope: FloatArray = np.where(
+            turns, feet.velocity_m_s[:, 2] / np.where(turns, rate_rad_s, 1.0), np.nan
+        )
+    return readonly(slope)
 
 
 def estimator_stage(config: RobotConfig, kinematics: LegKinematics) -> EstimatorStage:
