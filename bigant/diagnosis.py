@@ -107,7 +107,7 @@ def diagnose(
 
     Args:
         runs: Logs, trials or their files, of one machine.
-        references: Runs of the same machine believed healthy; the question is then what is new.
+        references: Runs of the same machine assumed healthy; the question is then what is new.
         robot: Robot file to use for the runs in place of the one recorded with them.
         effects: A Python file of effects of your own.
         jobs: Processes. Above 1 a script needs ``if __name__ == "__main__":``.

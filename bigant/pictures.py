@@ -71,7 +71,7 @@ class Picture:
 
 
 def plot(result: Drawable, *titles: str) -> Picture:
-    """Draw a log, odometry, a diagnosis, a prediction of the model, or a gait.
+    """Plot a log, odometry, a diagnosis, a prediction of the model, or a gait.
 
     Args:
         result: What to draw.

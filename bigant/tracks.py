@@ -19,7 +19,7 @@ class Odometry:
     """The walking part of a log, T ticks of N legs, by the estimator and by simpler methods.
 
     Attributes:
-        tracked: The log, the robot that was believed, and every estimate.
+        tracked: The log, the robot that was used, and every estimate.
         comparison: The estimator beside the simpler methods and the ground truth.
         path: The log.
     """
@@ -108,7 +108,7 @@ def odometry(
 
     Args:
         log: Log with walking in it, or its file.
-        robot: Robot to believe; that of the log's own robot file if None.
+        robot: Robot to use; that of the log's own robot file if None.
         law: Friction law of the process, ``coulomb`` or ``viscous``; the robot file's if None.
         forces: Whether measured foot forces are used.
         sway: Whether the motion of the body as it tilts is accounted for.

@@ -87,7 +87,9 @@ WORTH_NATS = Constant(
     BY_HAND,
 )
 HIDDEN_SHARE = Constant(
-    0.05, "share of the misfit left that may hide a rival, which therefore stays open", DEVELOPMENT
+    0.05,
+    "share of the remaining misfit that may hide an alternative, which therefore stays open",
+    DEVELOPMENT,
 )
 ACTS = Constant(
     0.1, "share of the largest gain of a channel from which a cause acts in a channel", BY_HAND
@@ -118,10 +120,10 @@ WHOLE_SHARE = Constant(
 
 # what the healthy machine shows already
 LAW_SHARE = Constant(
-    0.01, "share of the score of its channels that a baseline model error closes", DEVELOPMENT
+    0.01, "share of the score of its channels that a baseline model error explains", DEVELOPMENT
 )
 LAW_GAIN = Constant(
-    0.04, "share of the whole score that a baseline model error closes", DEVELOPMENT
+    0.04, "share of the whole score that a baseline model error explains", DEVELOPMENT
 )
 SENSOR_GAIN = Constant(0.01, "the same of a delay or gain of a sensor", DEVELOPMENT)
 

@@ -133,7 +133,7 @@ def _refuse_different(first: str, one: Simulator, name: str, other: Simulator) -
         words = f"differ in {', '.join(apart)}" if apart else "have them in another order"
         raise GapError(
             f"{what} may not differ between the machines of one diagnosis: {first} and {name} {words}; "
-            "diagnose their runs apart, or mend the file"
+            "diagnose their runs separately, or correct the file"
         )
 
 

@@ -90,14 +90,15 @@ def kind_named(name: str) -> MachineKind:
         )
     if name not in known:
         raise GapError(
-            f"no kind of machine is called {name!r}; there are {', '.join(machine_kinds())}: mend kind in "
-            "the machine's file, install the package that has it, or name it: --machine FILE.py:make"
+            f"no kind of machine is called {name!r}; there are {', '.join(machine_kinds())}: "
+            "correct kind in the machine's file, install the package that has it, or name it: "
+            "--machine FILE.py:make"
         )
     try:
         loaded = known[name].load()
     except Exception as error:  # whatever a plug-in raises is a mistake in it
         raise GapError(
-            f"the machine {name!r} ({known[name].value}) cannot be loaded: {_words(error)}; mend or "
+            f"the machine {name!r} ({known[name].value}) cannot be loaded: {_words(error)}; fix or "
             "uninstall the package that registers it"
         ) from error
     return _kind(loaded, name, known[name].value)
@@ -118,7 +119,7 @@ def kind_of_file(text: str) -> MachineKind:
     try:
         names = runpy.run_path(str(path))
     except Exception as error:  # whatever a user's file raises is a mistake in it
-        raise GapError(f"{path} cannot be run: {_words(error)}; mend it") from error
+        raise GapError(f"{path} cannot be run: {_words(error)}; fix it") from error
     if name not in names:
         known = ", ".join(sorted(one for one, value in names.items() if _own(one, value)))
         raise GapError(
@@ -159,7 +160,7 @@ class _Checked:
         except BigantError:
             raise
         except Exception as error:
-            raise GapError(f"{self.where} raises {_words(error)}; mend it") from error
+            raise GapError(f"{self.where} raises {_words(error)}; fix it") from error
         missing = [name for name in MEMBERS if not hasattr(made, name)]
         if missing:
             raise GapError(

@@ -1,4 +1,4 @@
 """The wireless force-torque unit of ATI: commands, console, stream, clock and repair.
 
-Called by the rig and by bring-up. Knows transducers and counts; what a foot feels is ``foot_forces``.
+Called by the rig and by bring-up. Knows transducers and counts; forces on feet are in ``foot_forces``.
 """

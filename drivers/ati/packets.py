@@ -147,7 +147,7 @@ class Led(enum.IntEnum):
 def battery_led(status_1: int) -> Led:
     """Return the battery light, bits 10-11 of the first status word.
 
-    The battery byte beside it has no documented scale; the light is what the unit itself thinks.
+    The battery byte next to it has no documented scale; the light is what the unit itself thinks.
     """
     return Led(status_1 >> 10 & 0b11)
 

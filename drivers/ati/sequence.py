@@ -2,7 +2,7 @@
 
 A record behind the newest one is late and never fresh. But a unit that was switched off and on counts from
 the beginning, which looks like late records for as long as it had counted: so when records keep coming in
-order behind the newest, they are the new stream. A jump that no network makes is believed when a second
+order behind the newest, they are the new stream. A jump that no network makes is accepted when a second
 record agrees with it: one damaged number must not make the whole stream look old.
 """
 
@@ -12,7 +12,7 @@ from drivers.ati.packets import U32
 
 # A jump of the sequence number further than this is a unit that started anew, or a damaged number.
 RESTART_JUMP = 100_000
-# So many samples missing at once are believed only when the next record agrees: four seconds at 250 Hz.
+# So many samples missing at once are accepted only when the next record agrees: four seconds at 250 Hz.
 LARGEST_GAP = 1000
 # So many records in order, behind the newest: the unit has started anew. A network delivers no such run.
 RESTART_RUN = 5
@@ -54,7 +54,7 @@ class SequenceWatch:
 
     def __init__(self) -> None:
         self._newest: int | None = None
-        self._jumped: int | None = None  # a number far away, not believed yet
+        self._jumped: int | None = None  # a number far away, not accepted yet
         self._behind: int | None = None
         self._run = 0
 

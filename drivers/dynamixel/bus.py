@@ -313,8 +313,8 @@ class ServoBus:
         both); if it still keeps its torque, its watchdog is armed again.
 
         Returns:
-            True only if every servo says that its torque is off. Never raises: it is on every way
-            out, also when the bus is half broken.
+            True only if every servo says that its torque is off. Never raises: it is called on every exit,
+            also when the bus is half broken.
         """
         self._torque_on = False
         left = list(self._ids)

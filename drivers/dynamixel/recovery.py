@@ -58,7 +58,7 @@ class IncidentKind(enum.Enum):
     SHUT_DOWN = "shut itself down"
     RESTARTED = "started anew"
     TORQUE_LOST = "lost its torque"
-    TRIPPED = "heard nothing for its watchdog's time and takes no goals"
+    TRIPPED = "received nothing for its watchdog's time and takes no goals"
 
 
 @dataclass(frozen=True, slots=True)

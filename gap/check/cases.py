@@ -53,7 +53,7 @@ class CaseAnswer:
         named: Causes, the largest first.
         alike: Pairs of effects that it declared indistinguishable.
         none: Probability that the catalogue has no name for it.
-        shrink: Share of the gap closed on held-out runs; NaN if not measured.
+        shrink: Share of the gap explained on held-out runs; NaN if not measured.
         seconds: Time that it took; NaN if not known.
         simpler: Simpler methods: name, and the effects that they named in their order.
         hidden: Effects that it said, before judging, these runs cannot show.

@@ -72,7 +72,7 @@ def stream_faults(
     elif whole.correlation > SURE and not EARLIEST_S - unsure_s <= late <= LATEST_S + unsure_s:
         where = f"{late:.2f} s behind" if late > 0 else f"{-late:.2f} s ahead of"
         evidence = f"is {where} {words} (+- {whole.sd_s:.2f} s, correlation "
-        evidence += f"{whole.correlation:.2f}): its clock is set otherwise"
+        evidence += f"{whole.correlation:.2f}): its clock has an offset"
     else:
         return ()
     return (DataFault("clock_offset", channel, evidence, True),)

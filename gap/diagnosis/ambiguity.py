@@ -18,7 +18,7 @@ MOST_OPEN = 2
 
 @dataclass(frozen=True, slots=True)
 class OpenRival(RivalCause):
-    """A rival that cannot be ruled out.
+    """An alternative that cannot be ruled out.
 
     Attributes:
         separation: Energy between what it and the named cause predict, in units of noise; NaN for one that
@@ -45,13 +45,13 @@ class OpenRival(RivalCause):
         if self.tells:
             return f"nothing was measured between them: {self.tells}"
         if self.looks_the_same:
-            return f"separation {self.separation:.2g}, {ENOUGH_SEPARATION:.0f} would tell"
+            return f"separation {self.separation:.2g}, {ENOUGH_SEPARATION:.0f} settles it"
         if self.predicts_as_well:
             worse = f"{self.behind:.2g} +- {self.behind_error:.2g} nats"
-            return f"it predicts what it has not seen worse by {worse} only"
+            return f"its held-out log-likelihood is lower by only {worse}"
         return (
-            f"it is {self.behind:.2g} nats behind, less than {HIDDEN_SHARE:.0%} of what all causes "
-            "leave unexplained"
+            f"its held-out log-likelihood is {self.behind:.2g} nats lower, less than "
+            f"{HIDDEN_SHARE:.0%} of what all causes leave unexplained"
         )
 
 
@@ -61,10 +61,10 @@ def open_rivals(
     rivals: Sequence[Sequence[RivalCause]],
     left_nats: float,
 ) -> tuple[OpenRival, ...]:
-    """Return every rival that these runs leave open, nearest first.
+    """Return every alternative that these runs leave open, nearest first.
 
-    Rivals are those of each step, as ``gap.diagnosis.probability.chances`` has them; ``left_nats`` is what
-    the causes leave beyond what a healthy machine does.
+    The alternatives are those of each step, as ``gap.diagnosis.probability.chances`` has them;
+    ``left_nats`` is what the causes leave beyond what a healthy machine does.
     """
     alternatives: list[OpenRival] = []
     named = {step.chosen.added.key for step in selection.steps}
@@ -72,7 +72,7 @@ def open_rivals(
         chosen = step.chosen.fitted
         weights = evidence.weights(chosen.residual)
         own = [
-            # not the other way round: a cause of any size imitates a rival that does nothing
+            # not the other way round: a cause of any size imitates an alternative that does nothing
             OpenRival(**asdict(one), separation=separation(chosen, option.fitted, weights))
             for option, one in zip(step.rivals, known, strict=True)
             if option.added.key not in named  # what is named itself does not stand in its place

@@ -1,4 +1,4 @@
-"""A diagnosis as JSON: the shape that diagnoses from anywhere share, and more beside it."""
+"""A diagnosis as JSON: the shape that diagnoses from anywhere share, and more."""
 
 from dataclasses import asdict
 from typing import Any

@@ -1,4 +1,4 @@
-"""What the simulator lacks on the healthy machine already, so that what is new is sought beside it.
+"""What the simulator lacks on the healthy machine already, so that only new causes are searched for.
 
 A simulator with another friction law than the machine's has the wrong signature for every effect of
 friction, whatever is subtracted from its mean misfit. So the references are first explained by effects of

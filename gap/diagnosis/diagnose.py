@@ -54,7 +54,7 @@ def diagnose(
     Args:
         trials: Measured runs.
         simulator: The simulator under diagnosis.
-        references: Runs of the same machine believed healthy; what they show is subtracted.
+        references: Runs of the same machine assumed healthy; what they show is subtracted.
         executor: Made by ``gap.residuals.predictions.prediction_pool`` with the same trials; None uses this
             process.
         progress: Gets what is being done, and the share of the whole that is done.
@@ -91,7 +91,7 @@ def diagnose_study(
         comparison.evidence, comparison.candidates, comparison.signatures,
         lambda share: progress("which effects", 0.45 + 0.27 * share), comparison.known,
     )  # fmt: skip
-    progress("how far it shrinks", 0.72)
+    progress("how much is explained", 0.72)
     selection, far = drop_worse(comparison, selection, seed)
     progress("where it lies", 0.74)
     answer = _answer(comparison, selection, far)
@@ -121,7 +121,7 @@ def _data_faults(study: Study) -> tuple[TrialFaults, ...]:
 
 
 def _commissioned(study: Study, standing: tuple[Cause, ...] | None, progress: Progress) -> Study:
-    """Add to every prediction what healthy runs show already."""
+    """Add the baseline model errors to every prediction."""
     if standing is None and len(study.references) >= FEWEST_REFERENCES:
         progress("baseline model errors", 0.08)
         standing = commission(study)
@@ -208,7 +208,7 @@ def _next_runs(
     proposer: Proposer | None,
     progress: Progress,
 ) -> tuple[NextRun, ...]:
-    """Rank the runs that discriminate between the named causes and each open rival in place of one."""
+    """Rank the runs that discriminate between the named causes and each open alternative."""
     proposals = proposer() if rivals and proposer is not None else ()
     if not proposals:
         return ()

@@ -22,7 +22,7 @@ def drop_worse(
     """Drop the causes without which held-out runs are clearly predicted better, the worst first.
 
     Where no references say how runs scatter, so are causes that together predict them worse than none (a
-    rival that fits as well is tried in their place), and one that adds next to nothing to the others.
+    alternative that fits as well is tried in their place), and one that adds next to nothing to the others.
     Returns the causes that are left, fitted again, and how far the gap shrinks with them. Where one was
     dropped, held-out runs have had a say in which causes are named, not in their sizes.
     """
@@ -68,7 +68,7 @@ def _better(
 
 
 def _changed(comparison: GapEvidence, selection: Selection) -> Iterator[Selection]:
-    """Yield the selection without each of its causes, and with a rival that fits as well in its place."""
+    """Yield the selection without each of its causes, and with an alternative that fits as well."""
     for at, step in enumerate(selection.steps):
         yield _left_out(comparison, selection, at)
         causes = selection.fitted.causes

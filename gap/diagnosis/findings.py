@@ -114,8 +114,8 @@ class Diagnosis:
         floor_source: ``references``, ``cycles`` or ``sensors``.
         detection: Whether there is a gap; None without enough references.
         causes: Causes, the largest first.
-        rivals: Candidates fitted in their place.
-        ambiguous: Rivals that these runs leave open.
+        rivals: Alternatives fitted in their place.
+        ambiguous: Alternatives that these runs leave open.
         none: Probability that the catalogue has no name for it.
         fit: What the causes explain in the fitted trials.
         far: Before and after on held-out trials.
@@ -168,20 +168,18 @@ class Diagnosis:
         if self.verdict is Verdict.EXPLAINED:
             return f"The simulator lacks {names}{shrunk}."
         if self.verdict is Verdict.AMBIGUOUS:
-            return (
-                f"The simulator lacks {names}{shrunk}. These runs cannot tell {self._open_words}."
-            )
+            return f"The simulator lacks {names}{shrunk}. These runs cannot distinguish {self._open_words}."
         place = f" in the stage {self.where.stage}" if self.where.stage else ""
         if not self.causes:
             return f"There is a gap{place}, and no effect of the catalogue reduces it."
         return (
-            f"There is a gap{place} that the catalogue does not explain; {names} comes nearest"
-            f" and closes {percent_words(self.fit.closed)} of it in the fitted runs."
+            f"There is a gap{place} that the catalogue does not explain; {names} comes closest"
+            f" and explains {percent_words(self.fit.closed)} of it in the fitted runs."
         )
 
     @property
     def _open_words(self) -> str:
-        """Each cause that has open rivals, with its own."""
+        """Each cause that has open alternatives, with its own."""
         rivals: dict[str, list[str]] = {}
         for one in self.ambiguous:
             words = place_words(one.effect, one.joints)
@@ -199,12 +197,12 @@ class Diagnosis:
 
     @property
     def false_alarm_words(self) -> str:
-        """How often a healthy machine would be said to have a gap, as far as references can promise it."""
+        """How often a healthy robot is reported to have a gap, as far as references can guarantee it."""
         if self.detection is None:
             return "without three references the false-alarm rate cannot be estimated"
         return (
             f"false-alarm rate: aimed at {percent_words(float(FALSE_ALARMS))}; "
-            f"{self.detection.references} references alone can promise no less than "
+            f"{self.detection.references} references alone can guarantee no less than "
             f"{percent_words(1.0 / (self.detection.references + 1))}"
         )
 

@@ -1,8 +1,8 @@
 """How far the gap shrinks on held-out trials, that no fit has seen.
 
-End to end (``Drive.COMMAND``), with what references predict subtracted, in units of the floor. The interval
-is over held-out runs where there are several: what differs between runs shows in runs only. Of one or two
-it is over their cycles, and says so.
+End to end (``Drive.COMMAND``), with what references predict subtracted, in units of the baseline. The
+interval is over held-out runs where there are several: what differs between runs shows in runs only. Of
+one or two it is over their cycles, and says so.
 """
 
 from collections.abc import Iterator, Sequence
@@ -73,7 +73,7 @@ class HowFar:
     """Before and after.
 
     Attributes:
-        before: RMS over all channels in units of the floor.
+        before: RMS over all channels in units of the baseline.
         after: The same with the causes added.
         shrink: Share of the gap's energy above the floor that is closed; NaN if there is no gap to close.
         low: Lower end of its 95 % interval.
@@ -137,7 +137,7 @@ def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
 
 
 def _energy(held: Evidence, predicted: Sequence[FloatArray]) -> FloatArray:
-    """Squared difference in units of the floor, summed over each block, (B, C)."""
+    """Squared difference in units of the baseline, summed over each block, (B, C)."""
     rows = []
     for part, whitener, one in zip(held.parts, held.whiteners, predicted, strict=True):
         error = (part.observation.values - one - whitener.expected) / whitener.unsure

@@ -1,7 +1,8 @@
 """Probabilities of causes, and of none of them.
 
-The constants are in ``gap.constants``: a rival two nats behind is 0.37 times as likely, and causes that
-close 95 % of the gap with a residual near its expectation leave 2 % for none of them.
+The constants are in ``gap.constants``: an alternative whose held-out log-likelihood is two nats lower is
+0.37 times as likely, and causes that explain 95 % of the gap with a residual near its expectation leave 2 %
+for none of them.
 """
 
 import math
@@ -30,10 +31,10 @@ class RivalCause:
     """A candidate that was fitted and not taken.
 
     Attributes:
-        cause: Number of the cause it was a rival of.
+        cause: Number of the cause it was an alternative to.
         probability: That it is this one instead.
         behind: Nats by which it predicts held-out blocks worse.
-        of: Effect and joints of the cause it was a rival of.
+        of: Effect and joints of the cause it was an alternative to.
     """
 
     cause: int
@@ -89,7 +90,7 @@ def chances(
     none: float,
     left_nats: float,
 ) -> tuple[tuple[float, tuple[RivalCause, ...]], ...]:
-    """Return the probability of each cause, and its rivals with theirs.
+    """Return the probability of each cause, and its alternatives with theirs.
 
     Args:
         selection: The causes.

@@ -47,7 +47,7 @@ def remeasure(
 
     Args:
         trials: Measured runs.
-        references: Runs of the same machine believed healthy.
+        references: Runs of the same machine assumed healthy.
         before: The simulator as it was.
         after: The simulator of the corrected file.
         seed: Of the resampling.

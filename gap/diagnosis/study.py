@@ -33,7 +33,7 @@ class Study:
         predictor: Predicts trials and references, with the baseline model errors already in it.
         fitted: Parts that are fitted to.
         held: Parts that are held out to judge.
-        references: Whole runs of the same machine believed healthy.
+        references: Whole runs of the same machine assumed healthy.
     """
 
     predictor: Predictor

@@ -1,4 +1,4 @@
-"""The verdict, the causes and their rivals with all that is known of them, and what limits a diagnosis."""
+"""The verdict, the causes and their alternatives with all details, and what limits a diagnosis."""
 
 from collections.abc import Iterator, Sequence
 
@@ -105,17 +105,20 @@ def warnings_of(
     if severe:
         yield f"fix the data first ({', '.join(severe)}): what follows cannot be trusted"
     if not references:
-        yield "no reference runs: what the simulator always lacks cannot be told from what is new"
+        yield "without reference runs, permanent simulator errors cannot be separated from new faults"
     elif references < FEWEST_REFERENCES:
         yield "fewer than 3 references: the false-alarm rate cannot be estimated"
     if len(fitted) < 2 and references < FEWEST_REFERENCES:
-        yield "+- covers within-run noise only: one run does not show how much runs differ"
+        yield "+- covers only within-run noise; run-to-run variation needs more runs"
     if fitted & {part.trial for part in study.held}:
-        yield "one trial a gait: the last third of each judges what was fitted to the rest"
+        yield (
+            "only one run per gait: the first two thirds were used for fitting, the last third for "
+            "testing"
+        )
     if blocks < FEW_BLOCKS:
         yield f"only {blocks} blocks to fit to; record longer runs"
     if references and not {p.gait for p in study.fitted} <= {p.gait for p in study.references}:
-        yield "a gait has no reference: its expectation is wide"
+        yield "a gait has no reference run: its baseline is uncertain"
     for one in named:
         for value in one.values:
             if value.on_bound:

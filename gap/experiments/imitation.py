@@ -1,4 +1,4 @@
-"""The size at which a rival looks most like causes that were named, in the runs that were made."""
+"""The size at which an alternative looks most like causes that were named, in the runs that were made."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -69,7 +69,7 @@ def imitate(
     rival: Candidate,
     floor: Floor,
 ) -> tuple[Cause, ...]:
-    """Put a rival in the place of one cause, ``causes[of]``, at the size that predicts the same runs best.
+    """Replace one cause, ``causes[of]``, by an alternative at the size that predicts the same runs best.
 
     The floor is that under ``Drive.COMMAND``.
     """

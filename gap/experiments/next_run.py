@@ -54,7 +54,7 @@ def next_runs(
     Args:
         proposals: Runs that could be made.
         simulator: The simulator.
-        rivals: Sets of causes to discriminate between.
+        rivals: Alternative sets of causes to discriminate between.
         floor: Its noise under ``Drive.COMMAND``.
         progress: Gets the share that is done.
     """

@@ -1,8 +1,8 @@
 """The one descent of the diagnosis: Gauss-Newton steps on the values of causes, within their bounds.
 
-Fits to trials are damped (Levenberg-Marquardt) and pay a prior; a rival that imitates other causes takes
-plain steps. Written out because the loss of a fit to trials acts on blocks, not on single residuals, and
-because the Jacobian at the end is what cross-validation needs.
+Fits to trials are damped (Levenberg-Marquardt) and pay a prior; an alternative that imitates other causes
+takes plain steps. Written out because the loss of a fit to trials acts on blocks, not on single residuals,
+and because the Jacobian at the end is what cross-validation needs.
 """
 
 from collections.abc import Mapping, Sequence

@@ -125,7 +125,7 @@ class Look:
     def one_more(
         self, selection: Selection, signatures: Signatures
     ) -> tuple[Option, float, tuple[Option, ...]] | None:
-        """Return the best next cause, its chance in a healthy machine (1: not to be taken), its rivals.
+        """Return the best next cause, its p-value (1: not to be taken), its alternatives.
 
         With references, what differs most between days may be all of the first list; so there is a second.
         """

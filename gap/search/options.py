@@ -93,7 +93,7 @@ def fit_option(
     standing: FloatArray,
     rounds: int = ROUNDS,
 ) -> Option:
-    """Fit a candidate together with what stands, and judge it on blocks that were not fitted to.
+    """Fit a candidate together with the causes so far, and judge it on blocks that were not fitted to.
 
     The start has all causes with the values to begin from; ``standing`` is the score of each block with
     what stood before, (B,).

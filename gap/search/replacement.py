@@ -27,7 +27,7 @@ def replaced(look: Look, selection: Selection, signatures: Signatures) -> Select
 
     Args:
         look: Decides what is new.
-        selection: The causes so far; a single one has just been chosen among its rivals.
+        selection: The causes so far; a single one has just been chosen among its alternatives.
         signatures: Of every candidate.
     """
     for at in range(len(selection.steps) if len(selection.steps) > 1 else 0):

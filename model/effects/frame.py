@@ -1,6 +1,6 @@
 """One frame of the chain, for the control loop: measured shafts in, support and friction out.
 
-A robot file with effects is believed online too. The chain's own stages are run on three frames a
+A robot file with effects is used online, too. The chain's own stages are run on three frames a
 millisecond apart, with the shafts at their speeds, and the middle one is the answer: so an effect means
 the same to a diagnosis and to the controller. What must be remembered from tick to tick (the pose for
 effects that are bound to a place, the velocity that lags) is given by whoever calls.

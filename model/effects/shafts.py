@@ -82,7 +82,7 @@ def shafts(
 
 
 def _in_play(grid: Grid, torque_nm: FloatArray, width_rad: FloatArray) -> FloatArray:
-    """Where shafts are in their play, (W, N) [rad]: grease slows them on their way from flank to flank."""
+    """Where shafts are in their play, (W, N) [rad]: grease slows them between the flanks."""
     place_rad = np.zeros(torque_nm.shape)
     for leg in np.flatnonzero(width_rad):
         pull = np.nan_to_num(torque_nm[:, leg]) - BEARING_DRAG_NM

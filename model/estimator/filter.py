@@ -207,7 +207,7 @@ class Estimator:
         used = self._correct(step.mean, covariance, measured, state, inputs.t_ns)
         mean, believed = used.mean, used.covariance
         if not (sound(believed) and isfinite(np.vdot(mean, mean))):
-            trouble.append("the covariance had to be mended")
+            trouble.append("the covariance had to be repaired")
             mean = np.where(np.isfinite(mean), mean, state.mean)
             believed = mended(np.where(np.isfinite(believed), believed, state.covariance))
         pose_used = _has_place(inputs) and not used.streak[ABSOLUTE, 0]

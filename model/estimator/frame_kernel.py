@@ -1,4 +1,4 @@
-"""The model around one frame, compiled: the answer, and the answers beside it that Jacobians need.
+"""The model around one frame, compiled: the answer, and the neighbouring answers that Jacobians need.
 
 One call solves support and traction at the given parameters and once more for every parameter stepped by
 a little, so that an estimator gets all derivatives for the price of a few dozen frames.

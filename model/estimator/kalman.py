@@ -25,7 +25,7 @@ FARTHEST = 1e100  # normalised innovation squared of what no noise explains
 
 
 class MeasurementStack(NamedTuple):
-    """A measurement of m numbers in B blocks, each of which is believed or not as a whole.
+    """A measurement of m numbers in B blocks, each of which is used or rejected as a whole.
 
     Attributes:
         innovation: Measured less expected, angles wrapped already, (m,).
@@ -80,7 +80,7 @@ class Kalman:
     Args:
         size: Number of states n.
         first_limited: Place of the first state that is limited; all after it are.
-        settings: Rejections in a row after which a block is believed with more noise, largest size of
+        settings: Rejections in a row after which a block is used with more noise, largest size of
             limited states, bounds of what is learned.
     """
 
@@ -119,7 +119,7 @@ class Kalman:
     ) -> Updated:
         """Gate each block by its own normalised innovation, and use what passes at once.
 
-        After a row of rejections a block is believed again with as much more noise as brings it to its
+        After a row of rejections a block is used again with as much more noise as brings it to its
         gate: a filter that never hears its sensors again is worse than one that doubts them.
 
         Args:
@@ -236,7 +236,7 @@ def _gate(
         stack: The measurement.
         spread: Covariance of its innovation, (m, m).
         streak: In and out: rejections in a row by source and leg, (S, N).
-        reject_limit: Rejections in a row after which a block is believed.
+        reject_limit: Rejections in a row after which a block is used.
     """
     used, more, rejects = np.ones(len(spread), dtype=bool), np.zeros(len(spread)), 0
     blocks = stack.blocks.tolist()

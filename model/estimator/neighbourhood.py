@@ -56,7 +56,7 @@ class Neighbourhood(NamedTuple):
 
 @cache
 def no_answer(legs: int) -> Neighbourhood:
-    """All NaN, for N feet: what stands where the model has no answer."""
+    """All NaN, for N feet: the value where the model has no answer."""
     shapes = (1 + 3 * legs, 6 + 3 * legs), (legs, 2), (2,)
     return Neighbourhood(*(readonly(np.full(shape, np.nan)) for shape in shapes))
 

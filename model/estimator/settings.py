@@ -16,7 +16,7 @@ RECORD_S = 0.01  # between two records of the forces
 
 @dataclass(frozen=True, slots=True)
 class EstimatorSettings:
-    """What the estimator believes about its own errors. "sd" is a standard deviation.
+    """What the estimator assumes about its own errors. "sd" is a standard deviation.
 
     Attributes:
         law: Friction law of the process.
@@ -75,7 +75,7 @@ class EstimatorSettings:
         pose_limit: Distance of an absolute position from the estimate, beyond 5 sd of the difference, above
             which it is never used, however often it comes [m]. It may lie anywhere until a pose has been
             used, and again after the robot was carried or lost.
-        reject_limit: Rejections in a row after which a foot is believed again, with a larger sd.
+        reject_limit: Rejections in a row after which a foot is used again, with a larger sd.
         gyro_sd: Of a yaw gyro's reading [rad/s].
         gyro_bias_sd: Of its bias at the beginning [rad/s].
         gyro_bias_walk: Random walk of that bias [rad/s in 1/sqrt(s)].

@@ -43,7 +43,7 @@ def tolerance_kernel(
             and y of the world, in standard deviations, (M, N + 4).
         twist: In and out: of each robot, from which its next frame starts, (M, 3); NaN at first.
         resting: In and out: its feet at rest, (M, N).
-        apart: Out: its velocity less that of the file's robot, (M, 3).
+        apart: Out: its velocity minus that of the file's robot, (M, 3).
         loads: Out: its loads, (M, N) [N].
     """
     setting = settings[0]

@@ -16,7 +16,7 @@ from model.values.parameters import ContactParameters
 
 
 class Apart(NamedTuple):
-    """What the companions answered in a frame, less what the file's robot did.
+    """What the companions answered in a frame, minus what the file's robot did.
 
     Attributes:
         velocity_B: (M, 3).

@@ -70,7 +70,7 @@ def at_times(time_s: FloatArray, values: FloatArray, at_s: FloatArray) -> FloatA
 
     Args:
         time_s: Times of the samples, (F,), increasing.
-        values: (F, ...); a NaN touches only what lies beside it, not a time that hits its neighbour.
+        values: (F, ...); a NaN affects only its neighbours in time, not a time that hits its neighbour.
         at_s: Times in question, (T,).
 
     Returns:

@@ -1,7 +1,7 @@
 """The model over many frames at once: arrays in, arrays out, one row a frame.
 
 A frame without an answer (the robot tips, nothing is loaded, the input is no number) is NaN with
-``reason`` set; the frames beside it are not touched by it.
+``reason`` set; the other frames are not affected.
 """
 
 import enum

@@ -170,7 +170,7 @@ def _direction(
     """Step to the balance of the feet in contact (True), or how the body tilts where they leave it free.
 
     Elimination of the height first (its pivot is the sum of stiffness, never small), then of the
-    slopes, larger pivot first. A vanishing pivot is a motion that no foot feels.
+    slopes, larger pivot first. A vanishing pivot is a motion that changes no foot's load.
     """
     if h22 <= 0.0:  # nothing touches: fall
         return 0.0, 0.0, -1.0, False

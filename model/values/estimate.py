@@ -100,7 +100,8 @@ class Companions:
     Attributes:
         twist: Velocity without sway, from which the next frame starts, (M, 3); NaN before the first.
         resting: Feet at rest, (M, N).
-        apart: Pose less that of the file's robot: x, y [m] in the frame of the estimate, yaw [rad], (M, 3).
+        apart: Pose minus that of the file's robot: x, y [m] in the frame of the estimate, yaw [rad], (M,
+            3).
     """
 
     twist: FloatArray
@@ -298,7 +299,7 @@ class Estimate:
         source_dof: Numbers of each that were used, (S,).
         noise_scale: Variance of each source's noise over that of the settings, as learned, (S,).
         log_likelihood: Of this tick's innovations; NaN without a measurement.
-        innovation: Measured less predicted force over the sd that the filter gives it, (N, 3); NaN
+        innovation: Measured minus predicted force over the sd that the filter gives it, (N, 3); NaN
             where none was used.
         rejects: Measurements rejected so far.
         force_age_s: Age of the newest force record; NaN if there never was one.

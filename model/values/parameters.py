@@ -1,4 +1,4 @@
-"""What the software believes about the robot: frozen parameters, one dataclass per table.
+"""What the software assumes about the robot: frozen parameters, one dataclass per table.
 
 They are read from the robot file by ``robot.config.robot_file`` and passed down; nothing here has a
 default, so a value that the file does not give cannot sneak in. N is the number of legs.

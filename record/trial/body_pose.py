@@ -1,4 +1,4 @@
-"""The body's pose as others write it down: quaternions, rotation matrices, other axes, a marker beside it.
+"""The body's pose as others write it down: quaternions, rotation matrices, other axes, an offset marker.
 
     [body]
     position = ["X", "Y", "Z"]                # or [columns] body_x_m = "X" and so on

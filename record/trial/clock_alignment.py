@@ -32,7 +32,7 @@ TESTS = ("above", "below", "moved")
 SMOOTH_S = 0.2  # on either side, over which rates are taken
 SHORTEST_PERIOD_S = 0.01
 OVERLAP = 0.5  # of the shorter recording
-ALIKE = 0.5  # correlation from which on two signals are believed to show one motion
+ALIKE = 0.5  # correlation from which on two signals are taken to show one motion
 SURE_SIGMAS = 3.0  # by which the best offset must be better than any other
 # Body velocity vx, vy, yaw rate and height, (T, 4), that the machine's model predicts from measured shafts.
 Predicted = Callable[[Trial], FloatArray]
@@ -105,7 +105,7 @@ def read_clock(table: Table) -> FileClock:
 def _event(table: Table) -> ClockEvent:
     tests = [name for name in TESTS if table.has(name)]
     if len(tests) != 1:
-        raise ConfigError(table.name("column"), f"needs one of {', '.join(TESTS)} beside it")
+        raise ConfigError(table.name("column"), f"needs one of {', '.join(TESTS)} next to it")
     event = ClockEvent(table.text("column"), tests[0], table.number(tests[0]))
     table.done()
     return event

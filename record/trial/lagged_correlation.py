@@ -19,8 +19,8 @@ class Lag(NamedTuple):
         correlation: At the best lag, -1 to 1.
         rival_s: The best lag outside of the same peak; NaN if there is no other peak.
         rival_correlation: The correlation there.
-        sigmas: By how many standard deviations the best lag is better than the rival, as Fisher's z of the
-            two correlations; infinite without a rival.
+        sigmas: By how many standard deviations the best lag is better than the second best, as Fisher's z
+            of the two correlations; infinite without a second one.
     """
 
     seconds: float

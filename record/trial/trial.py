@@ -216,7 +216,7 @@ def read_trial(path: Path) -> Trial:
     """Read a trial.
 
     Args:
-        path: NAME.parquet or NAME.csv with NAME.toml beside it, or that NAME.toml.
+        path: NAME.parquet or NAME.csv with NAME.toml next to it, or that NAME.toml.
 
     Raises:
         RecordError: A file is missing or wrong; a table that is not quite a trial goes through
@@ -230,7 +230,7 @@ def read_trial(path: Path) -> Trial:
     trial = build_trial(header, _numbers(table))
     if not _increases(trial.time_s):
         raise RecordError(
-            f"time_s of {path} does not increase everywhere; mend it: bigant import {path} --out FILE"
+            f"time_s of {path} does not increase everywhere; repair it: bigant import {path} --out FILE"
         )
     return trial
 
@@ -259,7 +259,7 @@ def _numbers(table: DataTable) -> tuple[TableColumn, ...]:
 
 
 def write_trial(trial: Trial, path: Path) -> None:
-    """Write a trial: the table, NAME.toml beside it, and the machine's file.
+    """Write a trial: the table, NAME.toml next to it, and the machine's file.
 
     Args:
         trial: The trial.

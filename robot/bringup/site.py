@@ -69,7 +69,7 @@ class Site(Protocol):
         """Open the unit's data port without a word to the unit; None where there is none."""
 
     def person(self, *, yes: bool, ask: bool) -> Person:
-        """Return whoever stands beside it.
+        """Return whoever stands next to it.
 
         Args:
             yes: Whether to ask no question where nothing moves.

@@ -91,7 +91,7 @@ def _make_one(
     for name, why in scenario.skipped:
         print(f"{out}: {name} skipped, {why}", file=words)
     if dropped:  # which and why would tell what is wrong in them
-        print(f"{dropped} cases could not be walked to the end and are left out whole", file=words)
+        print(f"{dropped} cases could not finish the walk and are left out", file=words)
     else:
         for failure in failures:
             print(f"{failure.out} could not be made: {failure.reason}", file=words)

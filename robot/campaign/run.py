@@ -138,7 +138,7 @@ def run_jobs(
 
 
 def drop_cases(failures: Sequence[Failure]) -> int:
-    """Remove every trial of the cases in which one failed: a gap would tell. Return how many cases."""
+    """Remove every case with a failed trial: an incomplete one gives itself away. Return how many."""
     folders = {failure.out.parent for failure in failures}
     for folder in folders:
         shutil.rmtree(folder, ignore_errors=True)

@@ -1,7 +1,7 @@
 """The labels of a campaign: what is wrong in which case, open or sealed.
 
 Sealed, they are encrypted with a key that lies elsewhere, and the SHA-256 of the sealed file and of its
-content are published beside it before any trial is made: so nobody can change the labels afterwards, and
+content are published with it before any trial is made: so nobody can change the labels afterwards, and
 nobody can read them before.
 """
 

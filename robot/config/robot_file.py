@@ -69,7 +69,7 @@ class RobotConfig:
     Attributes:
         name: Name of the robot.
         text: The file as it was read; it goes into every log.
-        parameters: What the model and the gaits believe.
+        parameters: What the model and the gaits assume.
         servo_bus: Servo bus settings.
         force_sensor: Force-torque unit settings; without transducers for a robot that has none.
         calibration_file: Calibration file that the robot file names, empty for none.

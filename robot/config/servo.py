@@ -38,7 +38,7 @@ class ServoTable:
 
     Attributes:
         models: Model of each leg's servo, N of them.
-        parameters: What the model and the gaits believe of them.
+        parameters: What the model and the gaits assume of them.
         limits: What stops the robot.
     """
 

@@ -32,8 +32,8 @@ BAUD_RATES = (57_600, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 115_200, 9_600
 def request(work: str, *, writes: bool = False) -> Callable[[type[Kind]], type[Kind]]:
     """Make a class the request of a command: a frozen dataclass of its options.
 
-    Its fields are made by ``option`` and the functions below it; what stands behind the first paragraph
-    of its docstring is the command's help.
+    Its fields are made by ``option`` and the functions below it; the paragraphs of its docstring after the
+    first are the command's help.
 
     Args:
         work: ``module:function`` below ``robot``; the function takes the request and returns an exit code.
@@ -124,7 +124,7 @@ def hardware_port(**words: Any) -> Any:
 
 def virtual_robot() -> Any:
     """``--virtual-robot``."""
-    text = "robot file of the virtual robot that is really there (default: the same)"
+    text = "robot file of the actual virtual robot (default: the same)"
     return option(text, "FILE")
 
 
@@ -137,13 +137,13 @@ def random_seed(
 
 def discovery() -> Any:
     """``--discover`` force-torque units."""
-    text = "where to ask for force-torque units (default: broadcast on the local network)"
+    text = "where to search for force-torque units (default: broadcast on the local network)"
     return option(text, "ADDRESS[:PORT]|none", default="255.255.255.255")
 
 
 def scenario_file() -> Any:
     """``--scenario``."""
-    example = "for example examples/faults_servo.toml; what it may say: bigant sim faults"
+    example = "for example examples/faults_servo.toml; bigant sim faults lists what it can hold"
     return option(f"faults of the virtual hardware, {example}", "FILE")
 
 

@@ -132,7 +132,7 @@ class CompileLine:
         self._done = 0
 
     def __call__(self, begins: bool) -> None:
-        """Take one piece of news: a compilation begins, or ends."""
+        """Take one event: a compilation begins, or ends."""
         if self._line is None:
             self._line = StatusLine()
         self._depth += 1 if begins else -1

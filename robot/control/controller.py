@@ -180,7 +180,7 @@ class Controller:
     # Sense.
 
     def _sense(self, state: ControllerState, inputs: Inputs, t_ns: int) -> Senses:
-        """Turn counts into angles and forces; what is missing or not to be believed is NaN."""
+        """Turn counts into angles and forces; what is missing or implausible is NaN."""
         servos = inputs.servos
         if servos is None:
             servos = silent_readings(t_ns, self.config.parameters.legs.count)
@@ -312,7 +312,7 @@ class Controller:
         late_s = inputs.timing.lateness_ns * 1e-9
         stood_still_s = inputs.timing.missed * self.period_ns * 1e-9
         if stood_still_s >= LONG_GAP_S:
-            detail = f"the loop stood still for {stood_still_s * 1e3:.0f} ms"
+            detail = f"the loop was stopped for {stood_still_s * 1e3:.0f} ms"
             return before.late + 1, (Fault(FaultKind.LATE, "loop", detail),)
         if late_s <= self.config.loop.late_limit_s:
             return 0, ()

@@ -29,7 +29,7 @@ class Use(Enum):
     """What the controller and the odometry do with an effect."""
 
     MODEL = "added to the model"
-    READING = "taken out of the reading"
+    READING = "subtracted from the reading"
     SEEN = "seen by the encoders: nothing to add"
     LATE = "not undone: a reading cannot be had before it comes"
     CAMERAS = "of motion capture, which the controller does not use"

@@ -1,7 +1,7 @@
 """A robot file's effects in the tick: the model with them, and what they add to the estimator's own.
 
 The estimator keeps its own model and its parameters. What the file's effects change in velocity and loads
-is computed beside it, frame by frame, at the file's parameters, and added: to first order the same as an
+is computed separately, frame by frame, at the file's parameters, and added: to first order the same as an
 estimator with the effects built in, and its derivatives and noise stay what they were.
 """
 

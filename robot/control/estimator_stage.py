@@ -48,7 +48,7 @@ class EstimatorStage:
     """The stage and what it knows beforehand.
 
     Args:
-        robot: The robot as the model believes it to be.
+        robot: The robot as the model assumes it to be.
         config: Settings.
         kinematics: Joints to feet.
         effects: What the robot file's effects add, None without any.

@@ -126,7 +126,7 @@ class ServoVerdict:
         silent_reads: Reads in a row without an answer, (N,) int64.
         lost_legs: Servos that have been silent for too long, (N,) bool.
         broken_legs: Servos that report a hardware error, are too hot, draw too much or have too little
-            voltage, for long enough to be believed, (N,) bool.
+            voltage, for long enough to be trusted, (N,) bool.
         bad_reads: Reads in a row in which some value was beyond its limit, (N,) int64.
     """
 

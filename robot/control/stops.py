@@ -56,14 +56,14 @@ STOPS: Mapping[StopReason, Stop] = MappingProxyType({
     StopReason.NONE: Stop(
         StopKind.NONE, "the log ends while the run goes on", exit_code=_GOOD
     ),
-    StopReason.COMPLETED: Stop(_SETTLE, "what was asked for was done", exit_code=_GOOD),
+    StopReason.COMPLETED: Stop(_SETTLE, "the requested motion is complete", exit_code=_GOOD),
     StopReason.OPERATOR: Stop(_SETTLE, "the operator ended it", exit_code=_GOOD),
     StopReason.EMERGENCY: Stop(_CUT, "the operator cut the torque"),
     StopReason.COMMAND_REFUSED: Stop(
         _HALT, "the safety gate refused commands in a row", lasting=(FaultKind.REFUSED,)
     ),
     StopReason.SERVO_LOST: Stop(
-        _HALT, "a servo no longer answered", lasting=(FaultKind.SERVO_SILENT,)
+        _HALT, "a servo stopped answering", lasting=(FaultKind.SERVO_SILENT,)
     ),
     StopReason.SERVO_FAULT: Stop(
         _HALT, "a servo was beyond a limit or reported an error", (FaultKind.SERVO_CORRUPT,), (
@@ -73,7 +73,7 @@ STOPS: Mapping[StopReason, Stop] = MappingProxyType({
         ),
     ),
     StopReason.FORCE_LOST: Stop(
-        _SETTLE, "the force unit sent nothing more", (FaultKind.FORCE_SILENT,)
+        _SETTLE, "the force unit stopped sending", (FaultKind.FORCE_SILENT,)
     ),
     StopReason.TIMING: Stop(  # a refusal says how old the last command is
         _HALT, "the loop was too late too often", lasting=(FaultKind.LATE, FaultKind.REFUSED)

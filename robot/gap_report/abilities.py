@@ -1,4 +1,4 @@
-"""What can be asked of a run that was brought in, and what not and why."""
+"""What an imported run can be used for, and for what not and why."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -28,7 +28,7 @@ class Ability(NamedTuple):
 
 
 def abilities(trial: Trial) -> tuple[Ability, ...]:
-    """Say what can be asked of a trial, by what each command needs of it."""
+    """Return what a trial can be used for, by what each command needs."""
     return (
         *(
             (odometry_ability(trial), _truth(trial), _forces(trial))
@@ -60,9 +60,9 @@ def odometry_ability(trial: Trial) -> Ability:
         words = f"the robot file has {len(names.legs)} legs and {len(names.joints)} joints by other names"
         return Ability("odometry", False, words)
     if lacking:
-        words = f"worse for want of shaft angles of {', '.join(lacking)}"
+        words = f"worse without shaft angles of {', '.join(lacking)}"
         return Ability("odometry", True, words)
-    derived = "; speeds are worked out from angles" if trial.header.derived else ""
+    derived = "; speeds are computed from angles" if trial.header.derived else ""
     return Ability(
         "odometry", True, f"shaft angles and speeds of all {len(trial.joints)} joints{derived}"
     )
@@ -71,12 +71,14 @@ def odometry_ability(trial: Trial) -> Ability:
 def _truth(trial: Trial) -> Ability:
     place, angles = _known(trial.body_position_m), _known(trial.body_angles_rad)
     if not all(place[:2]):
-        return Ability("ground truth", False, "no places of the body (body_x_m, body_y_m)")
+        return Ability("ground truth", False, "no positions of the body (body_x_m, body_y_m)")
     if all(angles):
-        return Ability("ground truth", True, "places and attitudes of the body")
+        return Ability("ground truth", True, "positions and attitudes of the body")
     if angles[2]:
-        return Ability("ground truth", True, "places and headings of the body, no roll and pitch")
-    words = "places of the body without an attitude: no relative errors, no velocities"
+        return Ability(
+            "ground truth", True, "positions and headings of the body, no roll and pitch"
+        )
+    words = "positions of the body without an attitude: no relative errors, no velocities"
     return Ability("ground truth", True, words)
 
 
@@ -109,7 +111,7 @@ def _groups(coverage: Coverage, *, measured: bool) -> str:
     """Kinds of channels in a few words: shafts, feet, forces, body."""
     channels = coverage.measured if measured else coverage.missing
     kinds = dict.fromkeys(_kind(channel.name) for channel in channels)
-    if not measured:  # of a kind that is measured at some places, the rest is no news
+    if not measured:  # of a kind that is measured at some places, the rest needs no mention
         have = {_kind(channel.name) for channel in coverage.measured}
         kinds = {kind: None for kind in kinds if kind not in have}
     return ", ".join(kinds)

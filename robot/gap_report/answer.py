@@ -43,7 +43,7 @@ class ReadDiagnosis:
 
     Attributes:
         on_bound: Effects of those that have a number on its bound.
-        rivals: What the runs could not distinguish from a cause: the cause's effect, the rival's effect and
+        rivals: What the runs could not distinguish from a cause: the cause's effect, the other effect and
             legs.
         shrink: Share of the gap that the causes close; NaN if not measured.
     """
@@ -131,7 +131,7 @@ def _read(answer: dict[str, Any], path: Path, effects: dict[str, Effect]) -> Rea
 
 
 def _rival(answer: dict[str, Any], named: str, other: str) -> tuple[str, str, tuple[str, ...]]:
-    """A pair of names; legs stand behind a name where both are one effect, else in the list of rivals."""
+    """A pair of names, with legs if both are one effect, else as in the list of alternatives."""
     effect, *legs = other.split(" ")
     if not legs:
         likely = sorted(answer.get("rivals", ()), key=lambda one: -float(one["probability"] or 0.0))

@@ -24,7 +24,7 @@ def blind_lines(spots: BlindSpots) -> list[str]:
     if not groups:
         return []
     missing = ", ".join(sensors_of(spots.missing))
-    lines = [f"not measured: {missing}; whatever is wrong, these runs cannot show"]
+    lines = [f"not measured: {missing}; these runs cannot show, whatever is wrong"]
     for sensors, effects in groups.items():
         lines.append(f"  {', '.join(effects)} (to be seen with {' or '.join(sensors)})")
     return lines

@@ -49,7 +49,7 @@ MOST_ASKED = 3
 class TableReport(NamedTuple):
     """What the import found in a table, and the diagnosis in its data; what the file has no place for.
 
-    And what can be asked of the run, and whether the estimate was written with it.
+    And what the run can be used for, and whether the estimate was written with it.
     """
 
     report: ImportReport
@@ -203,7 +203,7 @@ def _written(reports: Sequence[TableReport], out: Path, *, folder: bool) -> str:
     samples = sum(one.report.kept for one in trials)
     if folder:
         return f"{out}: {len(trials)} trials, {samples} samples"
-    lost = f"; no place in a log for {', '.join(reports[0].lost)}" if reports[0].lost else ""
+    lost = f"; a log cannot store {', '.join(reports[0].lost)}" if reports[0].lost else ""
     estimated = ", with the estimate at each" if reports[0].estimated else ""
     return f"{out}: {samples} samples{estimated}{lost}"
 
@@ -260,7 +260,7 @@ def lines_of_one(one: TableReport, most_rows: int | None = SHOWN_ROWS) -> list[s
         rows.append((finding.kind, f"{finding.column}{count}".lstrip() + f": {finding.detail}"))
     rows += [("fault", f"{_fault(fault)}: {fault.evidence}") for fault in one.faults]
     can = row_lines(ability_rows(one.asked)) if one.asked else []
-    return [head, *(row_lines(rows) if rows else ["nothing odd found"]), *can]
+    return [head, *(row_lines(rows) if rows else ["no problem found"]), *can]
 
 
 def all_lines(reports: Sequence[TableReport]) -> list[str]:
@@ -294,7 +294,7 @@ def all_lines(reports: Sequence[TableReport]) -> list[str]:
 
 
 def _asked_of_all(reports: Sequence[TableReport]) -> list[str]:
-    """What can be asked of the runs that were looked at: each answer once, with how often."""
+    """What the runs can be used for: each answer once, with how often."""
     asked = [one.asked for one in reports if one.asked]
     counts = Counter(row for each in asked for row in ability_rows(each))
     rows = [(label, f"{words} ({n} of {len(asked)})") for (label, words), n in counts.items()]

@@ -41,15 +41,15 @@ def measured_lines(out: Path, diagnosis: ReadDiagnosis, far: HowFar | None) -> l
         others = ", ".join(dict.fromkeys(other for _, other, _ in diagnosis.rivals))
         lines.append(f"note: these runs also allow {others} instead; see bigant gap next")
     if far is None:
-        return [*lines, "not measured again: the runs of the diagnosis are not where they were"]
+        return [*lines, "not measured again: the runs of the diagnosis were moved or deleted"]
     lines += ["", f"measured again through {out.name}, on the held-out runs of the diagnosis:"]
-    lines.append(f"  RMS over all channels {far.before:.3g} -> {far.after:.3g} of the floor")
+    lines.append(f"  RMS over all channels {far.before:.3g} -> {far.after:.3g} of the baseline")
     if math.isnan(far.shrink):
-        lines.append("  on these runs the gap is too small to measure how much is closed")
+        lines.append("  on these runs the gap is too small to measure how much is explained")
     else:
         was = "" if math.isnan(diagnosis.shrink) else f" (diagnosis: {diagnosis.shrink:.0%})"
         lines.append(
-            f"  {far.shrink:.0%} [{far.low:.0%}, {far.high:.0%}] of the gap is closed{was}"
+            f"  {far.shrink:.0%} [{far.low:.0%}, {far.high:.0%}] of the gap is explained{was}"
         )
     lines += changed_channels(far, MOST_CHANNELS)
     if not far.after < far.before:

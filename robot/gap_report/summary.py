@@ -46,7 +46,7 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> li
         lines += ["", *(f"note: {words}" for words in d.warnings)]
     if d.standing:
         lacks = ", ".join(place_words(one.effect, one.joints) for one in d.standing)
-        lines.append(f"what healthy runs show already, and is no news: {lacks}")
+        lines.append(f"baseline model errors, also in healthy runs: {lacks}")
     judges = held_out_words(d, paths, MOST_CHANNELS)
     lines.append(f"held out to judge: {judges}; baseline from {d.floor_source}")
     lines.append(d.false_alarm_words)
@@ -64,9 +64,9 @@ def _to_do(d: Diagnosis) -> list[str]:
         lines.append(f"what to do{about}: {one.remedy}")
     if d.verdict is Verdict.AMBIGUOUS:
         run = "bigant gap next" if legged else NOT_LEGGED
-        lines.append(f"which run would tell: {run}")
+        lines.append(f"run that settles it: {run}")
     if legged and d.causes and d.verdict is not Verdict.UNEXPLAINED:
-        lines.append("into the simulator: bigant gap apply (of the --json of this diagnosis)")
+        lines.append("to apply: run again with --json d.json, then: bigant gap apply d.json")
     return lines
 
 
@@ -97,7 +97,7 @@ def _where(d: Diagnosis, width: int) -> list[str]:
         for one in d.where.stages
         if not math.isnan(one.own)
     ]
-    lines = ["where (energy over what is expected; 1 is no gap):"]
+    lines = ["where (energy over its expected value; 1 is no gap):"]
     lines += table_lines(columns, rows, "  ")
     if len(d.where.joints) > 1:
         shown = [
@@ -126,7 +126,7 @@ def _causes(d: Diagnosis) -> list[str]:
         lines.append(f"     {one.physics}")
     for rival in d.ambiguous:
         place = place_words(rival.effect, rival.joints)
-        lines.append(f"  cannot be told from {place_words(*rival.of)}: {place} ({rival.why})")
+        lines.append(f"  indistinguishable from {place_words(*rival.of)}: {place} ({rival.why})")
     lines.append(f"  none of the catalogue: probability {d.none:.2f}")
     return lines
 
@@ -135,13 +135,13 @@ def _share(one: NamedCause) -> str:
     if math.isnan(one.shrink):
         return ""
     alone, last = percent_words(one.alone), percent_words(one.last)
-    return f", closes {percent_words(one.shrink)} (alone {alone}, last in {last})"
+    return f", explains {percent_words(one.shrink)} (alone {alone}, added last {last})"
 
 
 def _how_far(d: Diagnosis) -> list[str]:
     far = d.far
     if math.isnan(far.shrink):
-        return [f"how far: on {d.held_out} the gap is too small to measure what is closed"]
+        return [f"how far: on {d.held_out} the gap is too small to measure how much is explained"]
     low, high = percent_words(far.low), percent_words(far.high)
     lines = [
         f"how far: {percent_words(far.shrink)} [{low}, {high}] of the gap, as energy above the baseline, "
@@ -150,7 +150,7 @@ def _how_far(d: Diagnosis) -> list[str]:
     ]
     lines += changed_channels(far, MOST_CHANNELS)
     if d.remaining.stage:
-        lines.append(f"  what is left lies in the stage {d.remaining.stage}")
+        lines.append(f"  the residual is in the stage {d.remaining.stage}")
     return lines
 
 
@@ -158,7 +158,7 @@ def _sizes(d: Diagnosis) -> list[str]:
     if not d.detectable:
         return []
     rows = [(s.effect, s.parameter, size_words(s)) for s in d.detectable[:MOST_SIZES]]
-    lines = ["smallest sizes that would have shown:"]
+    lines = ["smallest sizes that would have been detected:"]
     lines += table_lines((Column(""),) * 3, rows, "  ")
     if len(d.detectable) > MOST_SIZES:
         lines.append(f"  and {len(d.detectable) - MOST_SIZES} more, in --html and --json")

@@ -214,9 +214,7 @@ def read_trials(paths: Sequence[Path], joints: tuple[str, ...] = ()) -> tuple[Tr
     trials = tuple(_read(path) for path in paths)
     if joints:
         if trials[0].header.kind == LEGGED:
-            raise GapError(
-                "--joint is for machines whose joints are each a machine of its own; these are legged"
-            )
+            raise GapError("--joint is for benches of servos; these runs are of a legged robot")
         trials = tuple(trial.only(joints) for trial in trials)
     check_same_machine(trials, paths)
     return trials

@@ -26,11 +26,11 @@ HEADLINES = {
 }
 LEAST_CLOSED = 0.05  # of the gap: of a cause that closes less, nobody asks in which stage it shows
 LIKELY = 1e-3
-LEAST_CHANGE = 1e-3  # of the floor: a channel that changes less is not shown
+LEAST_CHANGE = 1e-3  # of the baseline: a channel that changes less is not shown
 SHOWN_CAUSES = 2
 WHY_APART = (
-    "the share of a stage is of its own output, fed what was measured before it; what a cause closes is "
-    "counted end to end, where it shows in other stages too"
+    "the share of a stage is of its own output, fed with the measurements before it; what a cause explains "
+    "is counted end to end, where it shows in other stages too"
 )
 LEGGED_SIMULATORS = frozenset({"legged", "mujoco"})
 NOT_LEGGED = "one with another load or another speed"
@@ -61,7 +61,7 @@ def stage_note(d: Diagnosis) -> str:
             notes.append(f"{place} acts in the stage {one.stage}, which has no channel of its own: it "
                          "shows in the others")  # fmt: skip
         elif stage.share < 0.5 * one.shrink:
-            apart.append(f"{place} closes {percent_words(one.shrink)}, its stage {one.stage} has "
+            apart.append(f"{place} explains {percent_words(one.shrink)}, its stage {one.stage} has "
                          f"{percent_words(stage.share)}")  # fmt: skip
     if apart:
         notes.append(f"{'; '.join(apart)}: {WHY_APART}")
@@ -83,7 +83,7 @@ def size_words(one: Detectable) -> str:
 
 
 def likely_rivals(d: Diagnosis) -> list[RivalCause]:
-    """What could stand in the place of a cause, the likeliest first; what is named itself cannot."""
+    """What could replace a cause, the likeliest first; the named causes themselves cannot."""
     named = {(one.effect, one.joints) for one in d.causes}
     others = [r for r in d.rivals if (r.effect, r.joints) not in named and r.probability > LIKELY]
     return sorted(others, key=lambda one: -one.probability)
@@ -110,7 +110,7 @@ def changed_channels(far: HowFar, most: int) -> list[str]:
     changed = [c for c in far.channels if abs(c.before - c.after) > LEAST_CHANGE * c.floor]
     changed.sort(key=lambda c: -abs(c.before - c.after) / max(c.floor, 1e-12))
     rows = [
-        (f"{c.channel} {c.joint}".strip(), c.before, "->", c.after, c.unit, "floor", c.floor)
+        (f"{c.channel} {c.joint}".strip(), c.before, "->", c.after, c.unit, "baseline", c.floor)
         for c in changed[:most]
     ]
     return table_lines(CHANNELS, rows, "  ")

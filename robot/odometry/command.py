@@ -53,7 +53,9 @@ def odom(request: OdomRequest) -> ExitCode:
     log = tracked.log
     check_shafts(log, path)
     if not contents.config_text and request.robot is None:
-        complain(f"{path} holds no robot file: taken for a BigANT; name its own with --robot")
+        complain(
+            f"{path} holds no robot file: taken for a BigANT; give its robot file with --robot"
+        )
     for note in unused_notes(tracked.config.effects):
         complain(note)
     fitted, stride_m, stride_from = None, np.nan, OWN_TRUTH
@@ -95,7 +97,7 @@ def check_shafts(log: Recording, path: Path) -> None:
     if not np.isfinite(log.rate_rad_s[span]).any():
         raise RecordError(
             f"{path} has shaft angles and no shaft speeds (shaft_J_rad_s); import its table again: "
-            "bigant import works speeds out of the angles"
+            "bigant import computes speeds from the angles"
         )
 
 
@@ -115,7 +117,7 @@ def _verdict(
         verdict = ExitCode.VERDICT_FAILED
     if compare and comparison.truth is None:
         complain(
-            f"nothing to judge by: {path} has no true poses; import them with the run "
+            f"nothing to compare with: {path} has no ground truth; import them with the run "
             "(body_x_m, body_y_m and an orientation), or leave --compare out"
         )
         verdict = ExitCode.VERDICT_FAILED

@@ -22,7 +22,7 @@ from robot.odometry.metrics import Motion, TrackErrors, nees, track_errors, turn
 from robot.odometry.track import Track, TrackedLog
 from robot.report.ground_truth import true_pose, true_velocity
 
-OWN_TRUTH = "this log's own ground truth, so it ends well by itself"
+OWN_TRUTH = "this log's own ground truth, so its end error is not independent"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,7 +38,7 @@ class OdometryComparison:
         errors: One a method; empty without truth.
         twist_nees: (T,); NaN without truth.
         pose_nees: Of the displacement since the first of these ticks, (T,).
-        config: The robot that the estimator believed in.
+        config: The robot that the estimator used.
         measured_force_n: What the sensors measured, without the errors that the robot file knows of,
             (T, N, 3) [N]; NaN without a sensor.
         stride_m: Distance a cycle of the method that knows nothing else [m]; NaN without that method.

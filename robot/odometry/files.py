@@ -27,7 +27,7 @@ def write(
     """Write a comparison over the log of ``path`` to a .tum, .mcap, .png or .html file of an option.
 
     A trajectory is that of the walking part in the estimator's own frame, smoothed if states were kept;
-    the truth goes beside it, begun at the same pose.
+    the ground truth goes into a second file, from the same pose on.
 
     Raises:
         RecordError: It cannot be written.

@@ -1,4 +1,4 @@
-"""What ``bigant odom`` is asked for, and what the estimator is to believe other than a log's robot file."""
+"""What ``bigant odom`` is asked for, and what the estimator uses in place of a log's robot file."""
 
 from dataclasses import replace
 
@@ -14,10 +14,10 @@ SUFFIXES = (".tum", ".mcap", ".png", ".html")
 def believed_robot(
     request: OdomRequest, own: str = "", robot: RobotConfig | None = None
 ) -> RobotConfig:
-    """Return the robot to believe in.
+    """Return the robot to use.
 
     Args:
-        request: What to believe other than a log's own robot file says.
+        request: What to use in place of a log's own robot file.
         own: The robot file in the log; without one the usual robot.
         robot: A robot file that is read already, in place of the request's.
 

@@ -62,7 +62,7 @@ class SourceFit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rejected:
-    """Measurements of one kind and leg that the filter did not believe.
+    """Measurements of one kind and leg that the filter rejected.
 
     Attributes:
         name: What was measured.

@@ -109,7 +109,7 @@ class Track:
 
 
 class Tracker:
-    """The estimator stage over the ticks of somebody else's loop, with the robot file to believe in.
+    """The estimator stage over the ticks of somebody else's loop, with the robot file to use.
 
     Foot forces and the IMU can be kept from it, and what a smoother needs can be kept.
     """
@@ -201,7 +201,7 @@ def track(items: Iterable[StampedTick], config: RobotConfig) -> Track:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackedLog:
-    """A log, the robot that the estimator believed in, and its estimate in every tick."""
+    """A log, the robot that the estimator used, and its estimate in every tick."""
 
     log: Recording
     config: RobotConfig
@@ -216,7 +216,7 @@ def track_log(
 ) -> TrackedLog:
     """Run the estimator over a log: with its own robot file the result is that of the loop.
 
-    The request says what to believe other than that file, and whether states are kept for smoothing;
+    The request says what to use in place of that file, and whether states are kept for smoothing;
     ``contents`` is filled as the log is read. A ``robot`` that is read already stands in for the file of
     the request.
 

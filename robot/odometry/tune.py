@@ -40,7 +40,7 @@ EVALUATIONS = 60
 
 
 class TuningWalk(NamedTuple):
-    """What a walk gives to tune by: ticks from the first one of walking on, and the robot to believe in."""
+    """What a walk gives to tune by: ticks from the first one of walking on, and the robot to use."""
 
     ticks: tuple[StampedTick, ...]
     config: RobotConfig

@@ -1,6 +1,6 @@
 """A log's inputs through today's controller, and its outputs against the recorded ones.
 
-This is the step that the loop calls, and nothing beside it: a log is replayed by calling it in a row. Of
+This is the step that the loop calls, and nothing else: a log is replayed by calling it in a row. Of
 imported data, which no controller made, the estimator is what there is to replay: the same stage.
 """
 

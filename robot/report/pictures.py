@@ -1,4 +1,4 @@
-"""Figures as pictures in a page, and as files beside it."""
+"""Figures as pictures in a page, and as separate files."""
 
 import io
 import re

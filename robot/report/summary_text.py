@@ -149,7 +149,7 @@ def busy_words(missed: int, ticks: int, *, virtual: bool) -> str:
     periods = ticks + missed
     if missed <= MISSED_LIMIT * periods:
         return ""
-    advice = "see what holds it up with: bigant check --computer"
+    advice = "see what slows it with: bigant check --computer"
     if virtual:
         advice = f"use --virtual-time, or {advice}"
     return (

@@ -21,15 +21,15 @@ from robot.console.arguments import (
 
 CHAIN, MUJOCO = "chain", "mujoco"
 ALONE = "one effect at a time"  # heading in the help
-ONLY_JOINT = "only this joint of a bench of servos; may be given again"
+ONLY_JOINT = "only this joint of a bench of servos; may be repeated"
 OWN_EFFECTS = "effects of your own (run as Python: open only files that you trust)"
 MACHINE = (
     "machine of your own, FILE.py:make (run as Python: open only files that you trust), or an MJCF or URDF "
     "(default: the machine's file that the trials name)"
 )
 HOLD_OUT = (
-    "judge by the runs with this condition, such as trajectory=lift; trial=NAME is one run, last-third the "
-    "end of each; may be given again (default: runs spread evenly)"
+    "test on the runs with this condition, such as trajectory=lift; trial=NAME is one run, last-third the "
+    "end of each; may be repeated (default: runs spread evenly)"
 )
 WORN_SPRING = "leg_stiffness@MR:ratio=0.69"
 CORES = min(os.cpu_count() or 1, 4)
@@ -61,12 +61,12 @@ class GapDemoRequest:
 
 @request("gap_report.diagnose:diagnose_runs", writes=True)
 class GapDiagnoseRequest:
-    """``bigant gap diagnose``: where a simulator differs from measured runs, why, how far it shrinks.
+    """``bigant gap diagnose``: where a simulator differs from measured runs, and why.
 
-    Takes trial tables (.parquet or .csv with NAME.toml beside it) or logs. The machine's file that they
-    name picks the simulator. With --reference, runs of the same machine believed healthy, the question is
-    what is new; without, the simulator as it stands is compared with the runs. Some runs are held out and
-    judge. Exit code 0: a verdict was reached; 1: there is a gap that no effect of the catalogue explains.
+    Takes trial tables (.parquet or .csv with NAME.toml next to it) or logs. The machine's file that they
+    name picks the simulator. With --reference, healthy runs of the same machine, it finds what is new.
+    Without them it compares the runs with the simulator as it is. Some runs are held out for testing. Exit
+    code 0: a verdict was reached; 1: there is a gap that no effect of the catalogue explains.
 
     --alone does not search for the cause. It fits each effect by itself and shows how much of the gap that
     effect could have claimed, for example a delay.
@@ -74,7 +74,7 @@ class GapDiagnoseRequest:
 
     trials: tuple[Path, ...] = argument("TRIAL", nargs="+")
     reference: tuple[Path, ...] = option(
-        "healthy runs of the same machine; what they show is no news",
+        "healthy runs of the same machine; their model errors are not reported as new",
         "TRIAL",
         nargs="+",
         default=(),
@@ -121,13 +121,13 @@ class GapDiagnoseRequest:
 
 @request("gap_report.apply:apply_diagnosis")
 class GapApplyRequest:
-    """``bigant gap apply``: a diagnosis into a corrected machine's file, and the gap measured again.
+    """``bigant gap apply``: write a diagnosis into a corrected file, and measure the gap again.
 
     Causes that have a key of their own (links, mounts, springs, friction) change that key; all others go
     into a table [effects], which drive, odom, sim, replay and gap read. All comments stay. Then the
-    corrected file is read back, and the held-out runs of the diagnosis are predicted with it: before and
-    after are printed. Other machines write causes into their own file in their own way (a bench of servos
-    in [joint.NAME.effects]), or say why not. Exit code 1: the gap did not shrink.
+    held-out runs of the diagnosis are predicted with the corrected file, and the gap before and after is
+    printed. Other machines have their own rules (a bench of servos: [joint.NAME.effects]), or say why not.
+    Exit code 1: the gap did not shrink.
     """
 
     diagnosis: Path = argument("DIAGNOSIS.json")
@@ -141,13 +141,13 @@ class GapApplyRequest:
 
 @request("gap_report.next:propose_runs")
 class GapNextRequest:
-    """``bigant gap next``: which run settles what a diagnosis left open.
+    """``bigant gap next``: which run settles an ambiguous diagnosis.
 
     Takes the JSON of a diagnosis (its runs must still be where they were), or runs, which are diagnosed
-    first. Each gait at several frequencies, straight and turning, and with a weight on the body, is played
-    through the simulator with each candidate; what is left of their difference after one is adjusted to the
-    other, in units of the noise, is the separation that the run would show. A separation of 22 decides with
-    one error in a hundred. Machines other than legged robots propose their own runs, or say what to vary.
+    first. Each gait at several frequencies, straight and turning, and with a weight on the body, is
+    simulated with each candidate. The separation is their remaining difference after one is fitted to the
+    other, in units of the noise. A separation of 22 decides with one error in a hundred. Machines other
+    than legged robots propose their own runs, or say what to vary.
     """
 
     paths: tuple[Path, ...] = argument("DIAGNOSIS.json|TRIAL", nargs="+")
@@ -155,7 +155,7 @@ class GapNextRequest:
         "with TRIAL: healthy runs of the same machine", "TRIAL", nargs="+", default=()
     )
     against: tuple[str, ...] = several(
-        "a candidate in place of the first cause, besides those left open", "EFFECT[@LEG]"
+        "another candidate to distinguish from the first cause", "EFFECT[@LEG]"
     )
     robot: Path | None = option("robot file to use (default: the one that the runs name)", "FILE")
     gait: str | None = option("propose runs with the gait of a Python file as well", "FILE.py")
@@ -166,11 +166,11 @@ class GapNextRequest:
 
 @request("gap_report.effects:list_effects")
 class GapEffectsRequest:
-    """``bigant gap effects``: the catalogue of what a simulator may lack.
+    """``bigant gap effects``: the catalogue of effects that a simulator may lack.
 
-    Each effect with its stage, what it can touch, its numbers with units and bounds, its physics and what a
-    person would do about it. With --effects FILE.py a user's own effects are listed behind them, which also
-    checks the file (it is run as Python: open only files that you trust).
+    Each effect with its stage, what it can act on, its numbers with units and bounds, its physics and its
+    remedy. With --effects FILE.py your own effects are listed after them, which also checks the file (it
+    is run as Python: open only files that you trust).
     """
 
     effects: Path | None = option("effects of your own", "FILE.py")

@@ -26,7 +26,7 @@ AGAIN, WALKING = "with --drive", "while it walks"  # headings in the help
 
 @request("report.show:show_log", writes=True)
 class ShowRequest:
-    """``bigant show``: what a log says, as a table and as pictures.
+    """``bigant show``: what happened in a log, as a table and as pictures.
 
     Print a summary of a log (distance, speed, slip, faults, loop) and write a page with trajectory, body
     velocity and foot forces, predicted against measured.
@@ -39,26 +39,26 @@ class ShowRequest:
 
 @request("odometry.command:odom", writes=True)
 class OdomRequest:
-    """``bigant odom``: odometry and foot forces from a log, judged against the truth if there is one.
+    """``bigant odom``: odometry and foot forces from a log, compared with ground truth if available.
 
-    Run the estimator over a log with only what the loop knew at each tick. 'odom tune LOG...' finds its
-    noise from logs instead. --live follows the log of a running drive, or reads a robot without ever moving
-    it.
+    Runs the estimator over a log, with only what the loop knew at each tick. 'odom tune LOG...' estimates
+    its noise from logs instead. --live follows the log of a running drive, or reads a robot without ever
+    moving it.
     """
 
     logs: tuple[Path, ...] = argument("[tune] LOG", nargs="*", default=())
-    compare: bool = flag("beside it: open-loop model, strides, rigid stance and the truth")
+    compare: bool = flag("also: open-loop model, strides, rigid stance and ground truth")
     law: str | None = option(
         "friction law of the process (default: the robot file's)", choices=("coulomb", "viscous")
     )
-    no_sway: bool = flag("leave out how the body moves as it tilts")
-    no_forces: bool = flag("as if there were no force unit")
-    no_imu: bool = flag("as if there were no IMU")
-    robot: Path | None = option("robot file to believe (default: the one in the log)", "FILE")
+    no_sway: bool = flag("ignore the body's motion from its tilt")
+    no_forces: bool = flag("ignore the force unit")
+    no_imu: bool = flag("ignore the IMU")
+    robot: Path | None = option("robot file to use (default: the one in the log)", "FILE")
     fitted: Path | None = option(
-        "with --compare: fit open loop and stride to this walk of known truth", "LOG"
+        "with --compare: fit open loop and stride to this walk with ground truth", "LOG"
     )
-    smooth: bool = flag("write the trajectory smoothed with all of the walk known")
+    smooth: bool = flag("write the trajectory smoothed over the whole walk")
     out: Path | None = option(
         ".tum, .mcap, .png or .html; tune: .toml, the robot file with what was found", "FILE"
     )
@@ -69,7 +69,7 @@ class OdomRequest:
         "follow LOG (default: newest in runs/) while it is written, or --hardware", group=WALKING
     )
     hardware: str | None = option(
-        "read servos and forces here; torque is never asked for", "virtual|PORT", group=WALKING
+        "read servos and forces here; torque is never switched on", "virtual|PORT", group=WALKING
     )
     force_unit: str | None = option(FROM_ROBOT_FILE, UNIT_OR_NONE, group=WALKING)
     duration: float | None = option("end after so long", "S", type=positive, group=WALKING)
@@ -83,18 +83,18 @@ class OdomRequest:
 
 @request("replay.command:replay", writes=True)
 class ReplayRequest:
-    """``bigant replay``: a recorded run again, as a test.
+    """``bigant replay``: run a recorded run again, as a test.
 
-    Plain, the recorded inputs go through today's controller and every stage's output is compared with the
-    recorded one. With --bus the recorded bytes of both devices go through today's drivers, which have to
-    send what they sent then. With --drive the robot does the same run again, and the new measurements are
-    compared with the old. Of imported data, which no controller made, the estimator is replayed. Exit code
+    The recorded inputs go through today's controller, and every stage's output is compared with the
+    recorded one. With --bus the recorded bytes of both devices go through today's drivers, which must send
+    the same bytes. With --drive the robot does the same run again, and the new measurements are compared
+    with the old. For imported data, which no controller made, the estimator is replayed. Exit code
     0: equal (--drive: driven); 1: not.
     """
 
     path: Path = argument("LOG")
     tolerance: float = option(
-        "factor on all tolerances (1); 0 asks for the same bits",
+        "factor on all tolerances (1); 0 requires the same bits",
         "X",
         default=1.0,
         type=between(0, sys.float_info.max),
@@ -117,19 +117,19 @@ class ReplayRequest:
     seed: int = random_seed(group=AGAIN)
     log: Path | None = option("the new log (default: runs/...)", "FILE", group=AGAIN)
     out: Path | None = option(
-        "page with the pictures (default: beside the new log)", "FILE", group=AGAIN
+        "page with the pictures (default: next to the new log)", "FILE", group=AGAIN
     )
 
 
 @request("gap_report.imports:bring_in", writes=True)
 class ImportRequest:
-    """``bigant import``: measured data from anywhere, checked, as logs or trials.
+    """``bigant import``: turn your measured data into logs or trials, and check it.
 
-    Reads the trial table (.parquet or .csv with NAME.toml beside it), any other .csv, .parquet or .npz
-    through a map of its columns, and ROS 2 bags: your own map, or one that comes with the program (--maps
-    lists them). Says what is absent, out of order, repeated, out of range, jumping, stuck, unsigned or
-    empty, which faults of the data the diagnosis would see, and what can be asked of the run. Nothing is
-    dropped without being listed.
+    Reads the trial table (.parquet or .csv with NAME.toml next to it), any other .csv, .parquet or .npz
+    with a map of its columns, and ROS 2 bags. The map is your own, or one that comes with the program
+    (--maps lists them). Reports what is absent, out of order, repeated, out of range, jumping, stuck,
+    unsigned or empty, which data faults the diagnosis would find, and what the run can be used for.
+    Nothing is dropped without being listed.
     """
 
     paths: tuple[Path, ...] = argument(
@@ -139,7 +139,7 @@ class ImportRequest:
         default=(),
     )
     map: str | None = option(
-        "which of its columns is which of ours", "NAME|MAP.toml", flags=("--map", "--columns")
+        "which column means what", "NAME|MAP.toml", flags=("--map", "--columns")
     )
     topics: str | None = option(
         "of a bag, where the map does not name them and several could be meant: joints=, commands=, pose=, "

@@ -50,7 +50,7 @@ class SimFaultsRequest:
 
 @request("virtual.listing:list_effects")
 class SimEffectsRequest:
-    """``bigant sim effects``: what can be made wrong with the virtual robot.
+    """``bigant sim effects``: what can be wrong with the virtual robot.
 
     A table of all effects with their parameters, units and ranges, and where each acts. Sizes are a mild
     and a strong one; `bigant sim run --effect NAME` takes the strong one. Effects marked * are not among
@@ -62,12 +62,12 @@ class SimEffectsRequest:
 
 @request("virtual.listing:list_realities")
 class SimRealitiesRequest:
-    """``bigant sim realities``: the ways in which the virtual robot can be built.
+    """``bigant sim realities``: the variants of the virtual robot.
 
-    A table of all realities and what differs in each from the usual virtual robot: servo loop, gears,
-    contact, legs, chassis, sensors, days, other robots. `bigant sim run --reality NAME` walks one, and
-    `bigant campaign make --reality NAME` makes a campaign of one. drawn-N, for any whole number N, is a
-    reality drawn from the parts of the others.
+    A reality is a variant of the virtual robot. Lists all of them and how each differs from the usual one:
+    servo loop, gears, contact, legs, chassis, sensors, days, other robots. `bigant sim run --reality NAME`
+    walks one, and `bigant campaign make --reality NAME` makes a campaign of one. drawn-N, for any whole
+    number N, is a reality drawn from the parts of the others.
     """
 
     json: bool = as_json("the list as JSON")
@@ -75,11 +75,11 @@ class SimRealitiesRequest:
 
 @request("virtual.twin_file:twin_file", writes=True)
 class SimRunRequest:
-    """``bigant sim run``: a walk of the virtual robot, with what is wrong with it, as a trial or a log.
+    """``bigant sim run``: one walk of a virtual robot with chosen faults, as a trial or a log.
 
     The whole stack runs in virtual time: controller, servo bus and force unit, byte by byte. --fast leaves
     the bytes out and gives the same trial in a fraction of the time. FILE.parquet and FILE.csv are trials
-    (the walk, with FILE.toml and the robot file beside it), FILE.mcap is a log of the whole run. The seed
+    (the walk, with FILE.toml and the robot file next to it), FILE.mcap is a log of the whole run. The seed
     also sets the day: friction, stiffness and centre of mass differ by a few per cent from seed to seed.
     """
 
@@ -91,11 +91,11 @@ class SimRunRequest:
     seconds: float = option("of walking (default: 30)", "S", default=30.0, type=positive)
     steer: float = option("-1 (right) to 1 (left)", "X", default=0.0, type=between(-1, 1))
     effect: tuple[str, ...] = several(
-        "what is wrong; may be given several times (bigant sim effects lists them)",
+        "a fault; may be repeated (bigant sim effects lists them)",
         "NAME[@LEG][:param=value,...]",
     )
     reality: str = option(
-        "how the virtual robot is built (bigant sim realities lists them; default: usual)",
+        "variant of the virtual robot (bigant sim realities lists them; default: usual)",
         "NAME",
         default="usual",
     )

@@ -62,16 +62,16 @@ class DriveRequest:
         "log the raw bytes of both devices as well, so that the drivers can be replayed"
     )
     pose_udp: int | None = option(
-        "hear absolute poses on this UDP port of this machine (default: robot file, else none)",
+        "receive absolute poses on this local UDP port (default: robot file, else none)",
         "PORT",
         type=between(1, 65535, whole=True),
     )
     imu: str | None = option(
-        "hear an IMU on this UDP port of this machine, or on a serial port (default: robot file, else "
-        "none); none hears none",
+        "receive an IMU on this local UDP port, or on a serial port (default: robot file, else none); "
+        "none ignores it",
         "UDP|PORT|none",
     )
-    readonly: bool = flag("sense and log, never move")
+    readonly: bool = flag("read and log, never move")
     armed: bool = flag("allow torque on real hardware")
     teleop: bool = flag("drive with the keyboard")
     deadman_s: float = option(
@@ -85,7 +85,7 @@ class DriveRequest:
         "loop rate, up to 200", "R", type=between(10, 200, "Hz", whole=True)
     )
     virtual_time: bool = flag(
-        "virtual hardware in memory under a virtual clock: as fast as the computer goes, and the same log, "
+        "virtual hardware in memory with a virtual clock: as fast as the computer can, and the same log, "
         "byte for byte, every time"
     )
     seed: int = random_seed()
@@ -118,8 +118,8 @@ class DevicesRequest:
 class CompletionRequest:
     """``bigant completion``: a script that lets the shell complete commands, options, choices and files.
 
-    Prints it; where it belongs is said on the first lines of the script and in docs/howto.md. Needs shtab,
-    the extra bigant[completion], to write the script but not to use it.
+    Prints it. Its first lines and docs/howto.md say where to put it. Writing the script needs shtab (the
+    extra bigant[completion]), using it does not.
     """
 
     shell: str = argument("SHELL", ", ".join(SHELLS), choices=SHELLS)
@@ -158,7 +158,7 @@ class CheckRequest:
     armed: bool = flag("torque on, holding still, to prove the watchdog")
     computer: bool = flag("check this computer, and no robot")
     loop: float | None = option(
-        "also run the loop without torque and say how late it is (10 s)",
+        "also run the loop without torque and report its lateness (10 s)",
         "S",
         nargs="?",
         const=10.0,

@@ -1,4 +1,4 @@
-"""Where the robot is drawn: ``map`` > ``odom`` > ``base_link`` (REP-105), and the truth beside it. Pure."""
+"""Where the robot is drawn: ``map`` > ``odom`` > ``base_link`` (REP-105), and the ground truth. Pure."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""A layout for Foxglove: the robot, its way, velocities, forces, modes and faults on one screen."""
+"""A layout for Foxglove: the robot, its path, velocities, forces, modes and faults on one screen."""
 
 from foxglove.layouts import (
     BasePanel,

@@ -69,7 +69,7 @@ class LineView:
         self._faults: set[tuple[str, str]] = set()
 
     def show(self, tick: Tick) -> None:
-        """Print a line if there is news or a second has passed."""
+        """Print a line if there is an event or a second has passed."""
         if self._first_ns is None:
             self._first_ns = self._next_ns = tick.t_ns
         for fault in tick.faults:

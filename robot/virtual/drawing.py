@@ -37,7 +37,7 @@ MOST_PICTURES = 36_000  # of a video: an hour of watching
 
 
 def render(request: SimRenderRequest) -> ExitCode:
-    """Draw a log or a trial.
+    """Draw the robot of a log or a trial.
 
     Raises:
         ConfigError: --out is of no kind that can be drawn here.

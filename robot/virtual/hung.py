@@ -1,4 +1,4 @@
-"""A virtual robot hung in a frame, and the person beside it: for the first day without a robot.
+"""A virtual robot hung in a frame, and the person next to it: for the first day without a robot.
 
 The devices stand in virtual time and keep their state from step to step. The robot that is really there may
 differ from the robot file (ids, signs, zeros, transducers, yaw), so that a wrong robot file can be found.

@@ -32,7 +32,7 @@ class LatencyTimer:
         self._wire.poll(t_ns)
 
     def receive(self, data: bytes, t_ns: int, baud_rate: int) -> None:
-        """Take bytes from the host; they are not kept back."""
+        """Take bytes from the host; they are not delayed."""
         self._wire.receive(data, t_ns, baud_rate)
 
     def next_reply_ns(self) -> int | None:

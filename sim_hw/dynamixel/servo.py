@@ -289,7 +289,7 @@ class VirtualServo:
 
     @property
     def _offset(self) -> int:
-        """Present position less what the encoder counts: homing offset, and turns forgotten."""
+        """Present position minus what the encoder counts: homing offset, and turns forgotten."""
         offset = self.table.get("homing_offset")
         if self.table.get("operating_mode") == POSITION:
             limit = LARGEST_OFFSET_IN_POSITION_MODE

@@ -97,7 +97,7 @@ def _touch(geom: "mujoco.MjsGeom", plant: PlantParameters, friction: float) -> N
 
 
 def _shape_torso(spec: "mujoco.MjSpec", torso: "mujoco.MjsBody", plant: PlantParameters) -> None:
-    """Torso with what is left of mass and inertia once feet and rows are taken off; payload, belly."""
+    """Torso with what is left of mass and inertia once feet and rows are subtracted; payload, belly."""
     x, z, _, _ = foot_path(plant, plant.drive.crank_offset)
     feet = plant.shaft_position + np.stack([x, np.zeros(plant.legs), z - plant.leg_offset], axis=1)
     centre = np.array([*plant.com, 0.0])

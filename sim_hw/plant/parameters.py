@@ -1,4 +1,4 @@
-"""What the plant is made of: its own parameters, apart from what the model believes.
+"""What the plant is made of: its own parameters, apart from what the model assumes.
 
 ``nominal`` copies the geometry of a robot file, so that a virtual robot exists for every robot file.
 Everything else is the plant's own: each value says where it comes from, or that it is assumed. What a

@@ -1,4 +1,4 @@
-"""Robots that are built otherwise than the usual twin: other servo loops, contacts, legs, sensors, days.
+"""Robots that are different from the usual twin: other servo loops, contacts, legs, sensors, days.
 
 Called by campaigns. Composes plant and sensors, and knows nothing of the model's laws or the diagnosis.
 """

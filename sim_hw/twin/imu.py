@@ -42,7 +42,7 @@ class VirtualImu:
         return self._bias
 
     def sample(self, t_ns: int, quaternion_xyzw: FloatArray) -> None:
-        """Take a reading of the body as it stands at a time; the first has no rate and is kept back.
+        """Take a reading of the body as it stands at a time; the first has no rate and is not sent.
 
         Args:
             t_ns: The time, not before ``due_ns``.

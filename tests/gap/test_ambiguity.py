@@ -45,9 +45,9 @@ def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:
 @pytest.mark.parametrize(
     ("separation", "behind", "error", "said"),
     [
-        (3.2, 900.0, 1.0, "separation 3.2, 22 would tell"),
-        (533.0, 3.0, 2.0, "worse by 3 +- 2 nats only"),
-        (533.0, 38.0, 2.0, "38 nats behind, less than 5% of what all causes leave unexplained"),
+        (3.2, 900.0, 1.0, "separation 3.2, 22 settles it"),
+        (533.0, 3.0, 2.0, "lower by only 3 +- 2 nats"),
+        (533.0, 38.0, 2.0, "is 38 nats lower, less than 5% of what all causes leave unexplained"),
     ],
 )
 def test_why_a_rival_is_open_is_what_left_it_open(

@@ -241,7 +241,7 @@ WRONG_TABLE = {
     "time_s,time_s\n0,0\n": r"two columns time_s",
     "time_s,shaft_XX_rad\n0,0\n": r"shaft_XX_rad: no column of a trial of joints HL.*bigant import",
     "time_s,pwm_HL\n0,full\n": r"cannot be read: .*full",
-    "time_s,pwm_HL\n0,1\n0,2\n": r"does not increase everywhere; mend it: bigant import",
+    "time_s,pwm_HL\n0,1\n0,2\n": r"does not increase everywhere; repair it: bigant import",
     "time_s,pwm_HL\n1,1\n0,2\n": r"does not increase everywhere",
     "time_s,pwm_HL\n,1\n1,2\n": r"does not increase everywhere",
     "time_s,pwm_HL\n0\n": r"cannot be read: .*Expected 2 columns",

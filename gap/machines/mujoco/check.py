@@ -45,7 +45,7 @@ def refuse_other_units(trial: Trial, rigid: RigidModel) -> None:
             )
             raise GapError(
                 f"shaft_{joint}_rad reaches {most:.4g} rad, {rigid.in_file[at]} of the model {reach:.3g}: "
-                f"another unit or another robot's joint; mend the map{unit}"
+                f"another unit or another robot's joint; correct the map{unit}"
             )
 
 

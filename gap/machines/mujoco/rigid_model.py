@@ -271,6 +271,6 @@ def mistakes_of(name: str) -> Iterator[None]:
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         first = next((line.strip() for line in str(error).splitlines() if line.strip()), "")
         raise GapError(
-            f"{name} is no model that MuJoCo can compile: {first}; mend it (try: python -m mujoco.viewer "
+            f"{name} is no model that MuJoCo can compile: {first}; fix it (try: python -m mujoco.viewer "
             f"--mjcf={name})"
         ) from error

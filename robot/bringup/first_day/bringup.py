@@ -74,7 +74,7 @@ class FirstDay:
     Args:
         config: Robot file.
         site: The robot.
-        person: Whoever stands beside it.
+        person: Whoever stands next to it.
         options: How thorough.
         folder: Where everything is kept; it is made if it is not there.
 

@@ -57,7 +57,7 @@ class Day:
     Attributes:
         config: Robot file.
         site: The robot.
-        person: Whoever stands beside it.
+        person: Whoever stands next to it.
         options: How thorough.
         folder: Where files of the step go.
         log: The step's log.

@@ -76,7 +76,7 @@ def calibrate(request: ForceCalibrateRequest) -> ExitCode:
         lines.append(f"calibration: {request.out}   (bigant drive --calibration {request.out})")
     print_result(_as_json(result, None if worse else request.out), lines, as_json=request.json)
     if worse:
-        print("bigant force calibrate: left-out poses got worse; nothing written", file=sys.stderr)
+        print("bigant force calibrate: held-out poses got worse; nothing written", file=sys.stderr)
         return ExitCode.VERDICT_FAILED
     return ExitCode.OK
 
@@ -135,7 +135,7 @@ def report_lines(result: InSituResult) -> list[str]:
         for kind, words, unit in KINDS
     ]
     lines = [
-        f"residuals on {result.held_out} left-out standing poses, RMS, seen from each sensor",
+        f"residuals on {result.held_out} held-out standing poses, RMS, seen from each sensor",
         *table_lines(columns, rows),
     ]
     for name, fit in zip(result.calibration.legs, result.unloaded, strict=True):
@@ -167,5 +167,5 @@ def draw_report(result: InSituResult) -> Figure:
         axis.set_title(words, fontsize=10)
         axis.spines[["top", "right"]].set_visible(False)
     axes[0].legend(frameon=False, fontsize=8)
-    figure.suptitle(f"Force sensors on {result.held_out} left-out standing poses", fontsize=11)
+    figure.suptitle(f"Force sensors on {result.held_out} held-out standing poses", fontsize=11)
     return figure

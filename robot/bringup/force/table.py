@@ -124,7 +124,7 @@ def stream_lines(shot: Snapshot) -> list[str]:
             "not known yet" if np.isnan(shot.clock.drift_ppm) else f"{shot.clock.drift_ppm:.1f} ppm"
         )
         lines.append(
-            f"clock  host (monotonic) less unit {shot.clock.offset_ns * 1e-9:.4f} s   drift {drift}   "
+            f"clock  host (monotonic) minus unit {shot.clock.offset_ns * 1e-9:.4f} s   drift {drift}   "
             f"jitter {shot.clock.jitter_ns * 1e-6:.2f} ms   steps {shot.clock.steps}   "
             f"rollovers {shot.clock.rollovers}"
         )

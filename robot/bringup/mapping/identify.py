@@ -212,9 +212,11 @@ def _felt(name: str, mine: dict[Hand, Press]) -> _Felt:
     numbers = {press.transducer for press in mine.values()}
     words = ", ".join(f"{_direction(h)} {_force_words(p)}" for h, p in mine.items())
     if numbers == {0}:
-        return _Felt(failed(name, "no transducer felt it", "is it switched on? bigant force watch"))
+        return _Felt(
+            failed(name, "no transducer measured it", "is it switched on? bigant force watch")
+        )
     if len(numbers) != 1:
-        found = f"felt by transducers {', '.join(map(str, sorted(numbers)))}: {words}"
+        found = f"measured by transducers {', '.join(map(str, sorted(numbers)))}: {words}"
         return _Felt(failed(name, found, "press that foot only, and again: --leg " + name))
     number = numbers.pop()
     up, forward, left = (

@@ -96,7 +96,7 @@ class GatedShafts:
         bus.torque_on()
         angle = self._read().angle_rad
         if not np.isfinite(angle).all():
-            raise BusError("a servo does not tell its position: check its cable")
+            raise BusError("a servo does not report its position: check its cable")
         self._last = JointCommand(bus.clock.now_ns(), angle, np.zeros_like(angle), torque=True)
 
     @property

@@ -169,7 +169,7 @@ def _imu_findings(imu: ImuConfig) -> Iterator[Finding]:
     try:
         listener = open_imu(imu, clock)
     except ConfigError as error:
-        yield failed(IMU, str(error), "plug it in, or put its port right in the robot file")
+        yield failed(IMU, str(error), "plug it in, or correct its port in the robot file")
         return
     with closing(listener):
         yield from imu_findings(listener, imu, clock, LISTEN_S)
@@ -181,7 +181,7 @@ def _loop_finding(
     try:
         rig = open_real(target.config, target.port, target.unit, armed=False)
     except BigantError as error:
-        return failed("loop", f"not run: {error}", "put right what failed above first")
+        return failed("loop", f"not run: {error}", "first fix the failures above")
     with closing(rig):
 
         def show(ticks: int) -> None:
@@ -236,7 +236,7 @@ def check_page(
         f"{date}; {where}; robot file {robot_file}; {count_line(findings)}",
         [
             Section("What to do", todo),
-            Section("What was looked at", rows, ("", "check", "found")),
+            Section("Checks", rows, ("", "check", "found")),
             *map(_loop_section, loops),
         ],
         verdict=f"Not fit to walk: {', '.join(bad)}." if bad else "Fit to walk.",

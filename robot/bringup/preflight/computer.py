@@ -213,9 +213,9 @@ def host_settings_findings(host: HostSettings) -> Iterator[Finding]:
         f"processors {host.isolated}" if host.isolated else "none; only of use if ticks are late"
     )
     yield passed("isolated", isolated)
-    busy = f"{host.load:.1f} programs want {host.processors} processors"
+    busy = f"system load is {host.load:.1f} on {host.processors} cores"
     if host.load > host.processors:
-        yield warned("load", busy, "stop the others before you drive in real time")
+        yield warned("load", busy, "real-time walking may stutter; stop other programs first")
     else:
         yield passed("load", busy)
 

@@ -65,7 +65,7 @@ def port_findings(ports: tuple[SerialPort, ...]) -> Iterator[Finding]:
         else:
             yield failed(
                 port.name,
-                "may not be opened by you",
+                "you have no permission to open it",
                 "join its group (see the line 'serial group'), or ask who looks after this computer",
             )
         timer = latency_finding(latency_timer_ms(port.name))

@@ -72,7 +72,7 @@ def force_findings(
         findings, usable = calibration_findings(Console(text, clock), settings)
         yield from findings
         if not usable:
-            yield skipped("force stream", "put right what failed above first")
+            yield skipped("force stream", "first fix the failures above")
             return
         stream.connect()
         if stream.unit_state is not None:
@@ -207,7 +207,7 @@ def _clock_offset(received: Received, unix_offset_ns: int) -> Finding:
     middle = float(np.median(offset_s))
     spread = float(np.quantile(offset_s, 0.95) - np.quantile(offset_s, 0.05))
     evenly = f"90 % of the records within {spread * 1e3:.1f} ms"
-    found = f"host less unit {number_text(middle, 3)} s, {evenly}"
+    found = f"host minus unit {number_text(middle, 3)} s, {evenly}"
     if spread > SPREAD_LIMIT_S:
         return warned("clock offset", found, "records come in bursts: is the radio busy?")
     if abs(middle) > OFFSET_LIMIT_S:

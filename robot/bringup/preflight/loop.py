@@ -161,7 +161,7 @@ def advice_of(figures: LoopFigures, host: HostSettings) -> list[str]:
         return advice
     if host.load > host.processors:
         advice.append(
-            f"{host.load:.1f} programs share {host.processors} processors: stop the others"
+            f"system load is {host.load:.1f} on {host.processors} cores: stop other programs"
         )
     if host.governors and set(host.governors) != {"performance"}:
         advice.append(
@@ -170,7 +170,7 @@ def advice_of(figures: LoopFigures, host: HostSettings) -> list[str]:
         )
     if not host.realtime and host.nice >= 0:
         advice.append(
-            "the process has no priority: start it with nice -n -10, or chrt -f 50, as root"
+            "the process has normal priority: start it with nice -n -10, or chrt -f 50, as root"
         )
     elif not host.isolated:
         advice.append("no processor is kept free: boot with isolcpus=N and start with taskset -c N")

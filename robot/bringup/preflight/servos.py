@@ -63,8 +63,8 @@ def servo_findings(bus: ServoBus, config: RobotConfig, *, armed: bool) -> Iterat
     yield from findings
     well = not missing and not broken and all(f.verdict is not CheckVerdict.FAIL for f in findings)
     if not well:
-        yield skipped("bus traffic", "put right what failed above first")
-        yield skipped("watchdog", "put right what failed above first")
+        yield skipped("bus traffic", "first fix the failures above")
+        yield skipped("watchdog", "first fix the failures above")
         return
     try:
         bus.connect()
@@ -73,7 +73,7 @@ def servo_findings(bus: ServoBus, config: RobotConfig, *, armed: bool) -> Iterat
     except ConnectionLost:
         raise
     except BusError as error:
-        yield failed("servos", str(error), "put it right and check again")
+        yield failed("servos", str(error), "correct it and check again")
 
 
 def latency_finding(latency_ms: float | None) -> Finding:
@@ -304,7 +304,7 @@ def bus_advice(round_trip_ms: float, on_the_wire_ms: float, latency_ms: float | 
             "return delay to 0 (bigant servo setup)"
         )
     return (
-        f"the bytes take {on_the_wire_ms:.1f} ms only: this computer is late, or the adapter; stop "
+        f"the bytes take {on_the_wire_ms:.1f} ms only: this computer or the adapter is late; stop "
         "other programs and look again with --loop"
     )
 

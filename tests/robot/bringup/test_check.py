@@ -314,7 +314,7 @@ def judged(records: list[ForceRecord], **counts: int) -> dict[str, Finding]:
 def test_a_sound_stream_over_the_wrap_of_its_numbers() -> None:
     found = judged([record(i) for i in range(200)])
     assert {f.verdict for f in found.values()} == {PASS}, found
-    assert found["clock offset"].found.startswith("host less unit 0.000 s")
+    assert found["clock offset"].found.startswith("host minus unit 0.000 s")
 
 
 @pytest.mark.parametrize(
@@ -404,7 +404,7 @@ def test_a_loop_in_time_needs_nothing_whatever_the_settings() -> None:
     ("figures", "host", "said"),
     [
         (LATE, replace(QUIET, governors=("powersave",)), "governor is powersave"),
-        (LATE, replace(QUIET, load=7.5), "7.5 programs share 4 processors"),
+        (LATE, replace(QUIET, load=7.5), "system load is 7.5 on 4 cores"),
         (LATE, replace(QUIET, nice=0), "nice -n -10"),
         (LATE, replace(QUIET, isolated=""), "isolcpus"),
         (LATE, QUIET, "switch interval of 5 ms"),

@@ -375,7 +375,7 @@ def test_what_presses_can_show() -> None:
 
     assert first(some_presses(1, (UP, FORWARD, LEFT))).verdict is CheckVerdict.PASS
     nobody = first(some_presses(0, ((0.0,) * 3,) * 3))
-    assert nobody.found == "no transducer felt it"
+    assert nobody.found == "no transducer measured it"
     reversed_sign = ((0.0, 0.0, -9.0), (-9.0, 0.0, 0.0), (0.0, -9.0, 0.0))
     assert "gives the force of the leg" in first(some_presses(1, reversed_sign)).found
     assert "up is not along its z" in first(some_presses(1, (FORWARD, UP, LEFT))).found

@@ -112,7 +112,7 @@ def test_watch_shows_and_writes_and_stops_the_unit(
     assert "\x1b" not in out
     assert "LED green" in out
     assert "battery byte 0x07" in out
-    assert "clock  host (monotonic) less unit" in out
+    assert "clock  host (monotonic) minus unit" in out
     with path.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert {row["leg"] for row in rows} == set(LEGS)

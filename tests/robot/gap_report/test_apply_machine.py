@@ -56,7 +56,7 @@ def test_the_causes_go_into_every_machine_s_file_and_the_gap_is_measured_again(
     assert cli.run(words) == 0
     said = capsys.readouterr().out
     assert f"written: {out / 'weak.toml'}" in said
-    assert "of the gap is closed (diagnosis: 100%)" in said
+    assert "of the gap is explained (diagnosis: 100%)" in said
     for name, kp in (("strong", 4.0), ("weak", 2.0)):
         written = tomllib.loads((out / f"{name}.toml").read_text())["joint"]["arm"]
         assert written["controller"]["kp_duty_per_rad"] == kp

@@ -61,8 +61,8 @@ def test_apply_writes_the_file_and_measures_again(
     told = capsys.readouterr().out
     assert "contact.mu[FR]" in told
     assert "[effects.force_bias.ML]" in told
-    assert "taken out of the reading" in told
-    closed = re.search(r"  (\d+)% \[\d+%, \d+%\] of the gap is closed \(diagnosis: 98%\)", told)
+    assert "subtracted from the reading" in told
+    closed = re.search(r"  (\d+)% \[\d+%, \d+%\] of the gap is explained \(diagnosis: 98%\)", told)
     assert closed
     assert int(closed.group(1)) > 95
     config = load_robot(out)

@@ -126,7 +126,7 @@ def test_without_a_sensor_its_own_effects_hide_and_the_sensor_is_named(whole: Tr
     assert own | {"friction_level"} <= hidden
     assert hidden.isdisjoint({"payload", "com_offset", "leg_length", "servo_lag"})
     text = "\n".join(blind_lines(spots))
-    assert text.startswith("not measured: force sensors; whatever is wrong, these runs cannot show")
+    assert text.startswith("not measured: force sensors; these runs cannot show, whatever is wrong")
     assert "friction_level" in text
     assert "to be seen with force sensors" in text
     listed = blind_json(spots)["cannot_be_seen"]
