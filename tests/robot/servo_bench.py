@@ -68,8 +68,15 @@ class Bench:
 
     def command(self, *words: str) -> int:
         """Run ``bigant servo`` on the bench; every port it opened must be closed afterwards."""
+        return self._run("servo", *words)
+
+    def devices(self, *words: str) -> int:
+        """Run ``bigant devices`` on the bench, in the same way; no force-torque unit is searched for."""
+        return self._run("devices", "--discover", "none", *words)
+
+    def _run(self, *words: str) -> int:
         self.ports = []
-        code = cli.run(["servo", *words, "--port", PORT])
+        code = cli.run([*words, "--port", PORT])
         assert self.ports
         assert not any(port.is_open for port in self.ports)
         return code

@@ -382,7 +382,7 @@ def test_what_presses_can_show() -> None:
     crooked = first(some_presses(1, (UP, FORWARD, (8.0, 2.0, 0.0))))
     assert crooked.verdict is not CheckVerdict.PASS
     mixed = [*some_presses(1, (UP, FORWARD, LEFT))[:2], *some_presses(2, (UP, FORWARD, LEFT))[2:]]
-    assert "felt by transducers 1, 2" in first(mixed).found
+    assert "measured by transducers 1, 2" in first(mixed).found
 
 
 # Stopping and going on.

@@ -282,7 +282,7 @@ def test_the_table_names_what_is_wrong() -> None:
     assert lines[6].endswith("not in the packets")
     assert "lost 2" in lines[7]
     assert "WLAN green   power green   battery green   battery byte 0x07" in lines[8]
-    assert "less unit 3.0000 s   drift not known yet" in lines[9]
+    assert "minus unit 3.0000 s   drift not known yet" in lines[9]
 
 
 class Terminal(io.StringIO):

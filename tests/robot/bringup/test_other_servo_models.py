@@ -36,8 +36,8 @@ def robot(tmp_path: Path) -> str:
 
 def test_a_scan_names_each_model(bench: Bench, capsys: Capture) -> None:
     bench.servo(2).table.set("model_number", 9999)
-    assert bench.command("scan", "--baud", "1000000") == ExitCode.OK
-    lines = capsys.readouterr().out.splitlines()
+    assert bench.devices("--baud", "1000000") == ExitCode.OK
+    lines = [line for line in capsys.readouterr().out.splitlines() if "firmware" in line]
     names = [*MIXED_MODELS[:2], "model 9999", *MIXED_MODELS[3:]]
     assert all(name in line for name, line in zip(names, lines, strict=True))
 

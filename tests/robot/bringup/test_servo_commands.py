@@ -35,8 +35,8 @@ Capture = pytest.CaptureFixture[str]
 
 def test_scan_lists_model_and_firmware(bench: Bench, capsys: Capture) -> None:
     bench.servo(5).table.set("firmware_version", 42)
-    assert bench.command("scan", "--json") == ExitCode.OK
-    found = json.loads(capsys.readouterr().out)
+    assert bench.devices("--json") == ExitCode.OK
+    found = json.loads(capsys.readouterr().out)["servos"]
     assert [(s["baud_rate"], s["servo_id"], s["model"]) for s in found] == [
         (1_000_000, i, 321) for i in range(1, 7)
     ]
@@ -46,13 +46,15 @@ def test_scan_lists_model_and_firmware(bench: Bench, capsys: Capture) -> None:
 
 def test_a_scan_takes_less_than_two_seconds_a_baud_rate(bench: Bench) -> None:
     began_ns = bench.clock.now_ns()
-    bench.command("scan")
+    bench.devices()
     assert bench.clock.now_ns() - began_ns < 2e9 * len(BAUD_RATES)
 
 
 def test_a_scan_that_finds_nobody_says_what_to_check(bench: Bench, capsys: Capture) -> None:
-    assert bench.command("scan", "--baud", "57600") == ExitCode.VERDICT_FAILED
-    assert "no servo answers on bench: check power and cable" in capsys.readouterr().out
+    assert bench.devices("--baud", "57600") == ExitCode.VERDICT_FAILED
+    assert (
+        "none answered (bench): check power, cable and the port's name" in capsys.readouterr().out
+    )
 
 
 # setup
@@ -471,7 +473,6 @@ def test_an_error_whose_cause_persists_fails_the_reboot(bench: Bench, capsys: Ca
     "words",
     [
         ["setup", "--port", PORT, "--id", "253"],
-        ["scan", "--baud", "123"],
         ["reboot", "--port", PORT, "--id", "some"],
         ["reboot", "--port", PORT],
         ["watch", "--port", PORT, "--seconds", "0"],
@@ -490,7 +491,6 @@ def test_wrong_usage(words: list[str], capsys: Capture) -> None:
 @pytest.mark.parametrize(
     "words",
     [
-        ["scan"],
         ["setup"],
         ["backup", "--out", "never.toml"],
         ["zero"],

@@ -26,20 +26,25 @@ def servo(*words: str) -> int:
     return cli.run(["servo", *words])
 
 
+def scan(port: str, *words: str) -> int:
+    return cli.run(["devices", "--discover", "none", "--port", port, *words])
+
+
 def test_scan(port: str, capsys: Capture) -> None:
-    assert servo("scan", "--port", port, "--baud", "1000000", "--json") == ExitCode.OK
-    found = json.loads(capsys.readouterr().out)
+    assert scan(port, "--baud", "1000000", "--json") == ExitCode.OK
+    found = json.loads(capsys.readouterr().out)["servos"]
     assert [s["servo_id"] for s in found] == [1, 2, 3, 4, 5, 6]
-    assert servo("scan", "--port", port, "--baud", "57600") == ExitCode.VERDICT_FAILED
+    assert scan(port, "--baud", "57600") == ExitCode.VERDICT_FAILED
 
 
 def test_scan_of_bigant_sim_serve(capsys: Capture) -> None:
     sim = Sim("--no-force-unit", "--absent", "2")
     try:
-        assert servo("scan", "--port", sim.port, "--baud", "1000000", "--json") == ExitCode.OK
+        assert scan(sim.port, "--baud", "1000000", "--json") == ExitCode.OK
     finally:
         sim.close()
-    assert [s["servo_id"] for s in json.loads(capsys.readouterr().out)] == [1, 3, 4, 5, 6]
+    found = json.loads(capsys.readouterr().out)["servos"]
+    assert [s["servo_id"] for s in found] == [1, 3, 4, 5, 6]
 
 
 def test_setup_talks_at_the_new_baud_rate(port: str, capsys: Capture) -> None:

@@ -79,8 +79,8 @@ def test_overwrite_replaces_what_was_there(
 
 
 def test_every_command_that_names_an_output_has_overwrite() -> None:
-    # a campaign goes on with what is there; the others refuse a file that is there
-    refuse = {"campaign make", "gap apply", "servo backup", "servo zero"}
+    # a campaign goes on with what is there; the others refuse what is there
+    refuse = {"campaign make", "gap demo", "gap apply", "servo backup", "servo zero"}
     outputs = {"out", "save", "html", "report", "csv", "urdf", "log", "markdown", "robot_out"}
     for command in COMMANDS:
         request = request_of(command)

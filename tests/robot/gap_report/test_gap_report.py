@@ -104,7 +104,7 @@ def test_a_machine_without_a_name_is_called_by_its_file(tmp_path: Path) -> None:
 
 
 def test_each_rival_is_said_with_its_cause(two: Diagnosis) -> None:
-    assert two.sentence.endswith("These runs cannot tell play at arm from backlash at arm.")
+    assert two.sentence.endswith("These runs cannot distinguish play at arm from backlash at arm.")
     rows = re.findall(
         r"<td>([^<]*)</td><td>([^<]*)</td><td>0\.\d\d</td>", diagnosis_page(two, *SUBJECT)
     )
@@ -132,7 +132,7 @@ def test_a_cause_that_shows_in_other_stages_is_explained_once(found: Diagnosis) 
     apart = replace(found, where=replace(found.where, stages=stages),
                     causes=(replace(found.causes[0], stage=loud.stage, shrink=0.42),))  # fmt: skip
     note = stage_note(apart)
-    assert note.startswith(f"play at arm closes 42%, its stage {loud.stage} has 0%: ")
+    assert note.startswith(f"play at arm explains 42%, its stage {loud.stage} has 0%: ")
     assert note in plain(diagnosis_page(apart, *SUBJECT))
     assert note.split()[0] in "\n".join(summary_lines(apart, FILES))
     own = replace(found, causes=(replace(found.causes[0], stage=loud.stage),))
