@@ -80,20 +80,23 @@ def crank_pose(crank: CrankParameters, angle_rad: FloatArray) -> CrankPose:
     return CrankPose(foot, slope, rows[:, 2].reshape(angle.shape))
 
 
-def crank_outline(crank: CrankParameters, angle_rad: float, corners: int = 17) -> FloatArray:
-    """Return the half circle at a shaft angle as a polygon, from its end near the shaft to the toe.
+def crank_outline(
+    crank: CrankParameters, angle_rad: float | FloatArray, corners: int = 17
+) -> FloatArray:
+    """Return the half circle at shaft angles, (...,), as a polygon, from its end near the shaft to the toe.
 
     A leg without half circle has shaft and toe.
 
     Returns:
-        x and z relative to the shaft, (K, 2) [m].
+        x and z relative to the shaft, (..., K, 2) [m].
     """
-    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    angle = np.asarray(angle_rad)[..., None]
+    c, s = np.cos(angle), np.sin(angle)
     around = np.linspace(np.pi, 0.0, corners)
     x, z = -crank.radius * np.sin(around), crank.radius * (1 - np.cos(around)) - crank.length
     if crank.radius == 0:
         x, z = np.zeros(2), np.array([0.0, -crank.length])
-    return np.stack([x * c + z * s, z * c - x * s], axis=1)
+    return np.stack([x * c + z * s, z * c - x * s], axis=-1)
 
 
 class CrankKinematics(OneShaftKinematics):

@@ -6,7 +6,7 @@ A pose alone is ground truth. Velocities that were not recorded with it are its 
 import numpy as np
 
 from model.motion.differentiate import centred_rate
-from model.motion.se2 import turned, yaw_of
+from model.motion.se2 import aligning, compose, turned, yaw_of
 from model.values.arrays import BoolArray, FloatArray
 from record.log.recording import Recording
 
@@ -26,6 +26,14 @@ def true_pose(log: Recording) -> FloatArray:
     """Return true x, y [m] and yaw [rad, unwrapped], (T, 3); NaN where it is not known."""
     yaw = unwrap_known(yaw_of(log.truth_quaternion_xyzw))
     return np.column_stack([log.truth_position_W[:, :2], yaw])
+
+
+def aligned_to_truth(log: Recording, own: FloatArray) -> FloatArray:
+    """Return poses begun where the truth begins, so that both can be compared; (T, 3)."""
+    known = np.flatnonzero(np.isfinite(log.truth_position_W[:, 0]))
+    if len(known) == 0:
+        return own
+    return compose(aligning(true_pose(log)[known[0]], own[known[0]]), own)
 
 
 def true_velocity(log: Recording) -> FloatArray:

@@ -15,15 +15,12 @@ from bokeh.embed import json_item
 from bokeh.models import (
     BoxZoomTool,
     FixedTicker,
-    HoverTool,
     PanTool,
     ResetTool,
     SaveTool,
     WheelZoomTool,
 )
 from bokeh.models.annotations import Span
-from bokeh.models.glyphs import Line
-from bokeh.models.renderers import DataRenderer, GlyphRenderer
 from bokeh.plotting import figure as BokehPlot  # noqa: N812 - a class with a small name
 from bokeh.resources import Resources
 from matplotlib.axes import Axes
@@ -120,7 +117,6 @@ def _panel(ax: Axes, marks: Sequence[Mark]) -> dict[str, Any]:
     for artist in drawn_in(ax):
         names.append(_name(artist, marks))
         add_mark(plot, ax, artist, names[-1])
-    _add_hover(plot, ax)
     plot.add_layout(Span(dimension="height", location=0, visible=False, name="cursor"))
     (left, right), (low, high), box = ax.get_xlim(), ax.get_ylim(), ax.get_window_extent()
     in_plane = PLANE.match(ax.get_xlabel()) and PLANE.match(ax.get_ylabel())
@@ -129,6 +125,7 @@ def _panel(ax: Axes, marks: Sequence[Mark]) -> dict[str, Any]:
         "item": _same_ids(dict(json_item(plot))),
         "names": [*dict.fromkeys(name for name in names if name)],
         "time": bool(TIME.match(_x_label(ax))),
+        "labels": [" ".join(one.split()) for one in (_x_label(ax), ax.get_ylabel())],
         "stretch": stretch if in_plane else None,
     }
 
@@ -177,19 +174,6 @@ def _empty_plot(ax: Axes) -> BokehPlot:
 
 def _scale(name: str) -> Literal["linear", "log"]:
     return "log" if name == "log" else "linear"
-
-
-def _add_hover(plot: BokehPlot, ax: Axes) -> None:
-    """A curve under the pointer shows its name and its values there."""
-    drawn = [one for one in plot.renderers if isinstance(one, GlyphRenderer)]
-    lines: list[DataRenderer] = [one for one in drawn if isinstance(one.glyph, Line)]
-    if not lines:
-        return
-    x, y = (" ".join(label.split()) for label in (_x_label(ax) or "x", ax.get_ylabel() or "value"))
-    tips = [("", "$name"), (x, "$snap_x{0.[000]}"), (y, "$snap_y{0.[000]}")]
-    plot.add_tools(
-        HoverTool(renderers=lines, mode="mouse", line_policy="nearest", limit=1, tooltips=tips)
-    )
 
 
 def _same_ids(item: dict[str, Any]) -> dict[str, Any]:

@@ -17,31 +17,33 @@ MARKS = frozenset({"pass", "warn", "fail", "skip"})
 SHORT = re.compile(r"[-\d.]+ \S{1,4}")
 LONG_WORD = re.compile(r"\S{8,}")
 BREAKS = re.compile(r"([_/]|\.(?=[a-z]))")
-MOVES = "<figure class='plot'>"  # what has plots, and with them needs the library
+PLOT, REPLAY = "<figure class='plot'>", "<figure class='replay'>"
 END = "</body></html>"
 LIBRARY = "<script class='library'>"
 
 
 @dataclass(frozen=True, slots=True)
 class PagePicture:
-    """A picture of a page: still, and as plots that zoom and hover (``pictures.page_picture`` makes it).
+    """A picture of a page: still, and what takes its place where scripts run.
 
     Attributes:
         name: What it shows, in a few words.
         svg: The still picture.
-        plots: The plots, as JSON.
+        moving: What the script of its kind draws, as JSON.
         says: What it shows, in a sentence or two; below it.
+        kind: ``plot``, drawn by moving.js, or ``replay``, drawn by replay.js.
     """
 
     name: str
     svg: str
-    plots: str
+    moving: str
     says: str = ""
+    kind: str = "plot"
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A part of a report; left out where it has neither rows nor a picture.
+    """A part of a report; left out where it has neither rows nor facts nor a picture.
 
     Attributes:
         title: Heading; empty for none.
@@ -49,6 +51,7 @@ class Section:
         head: Names of the columns.
         numbers: Columns that are set to the right.
         picture: A picture.
+        facts: A few numbers, set large, each with what it is a number of.
     """
 
     title: str
@@ -56,6 +59,7 @@ class Section:
     head: Sequence[str] = ()
     numbers: Sequence[int] = ()
     picture: PagePicture | None = None
+    facts: Sequence[tuple[str, str]] = ()
 
 
 def report_page(
@@ -90,7 +94,7 @@ def render(template: str, **values: object) -> str:
         values: What it names.
     """
     page: str = _templates().get_template(template).render(values)
-    return page.replace(END, f"{_scripts()}{END}") if MOVES in page else page
+    return page.replace(END, f"{_scripts(page)}{END}") if PLOT in page or REPLAY in page else page
 
 
 def with_shared_library(page: str, file: str) -> str:
@@ -106,10 +110,15 @@ def script(name: str) -> str:
     return (files("robot.report") / "templates" / name).read_text(encoding="utf-8")
 
 
-def _scripts() -> str:
-    from robot.report.moving import library  # loaded only when a page is written
+def _scripts(page: str) -> str:
+    """The scripts that a page needs, and no others."""
+    scripts = []
+    if PLOT in page:
+        from robot.report.moving import library  # loaded only when a page is written
 
-    return f"{LIBRARY}{library()}</script>\n<script>{script('moving.js')}</script>\n"
+        scripts.append(f"{LIBRARY}{library()}</script>")
+    names = ["moving.js", *(["replay.js"] if REPLAY in page else [])]
+    return "\n".join([*scripts, *(f"<script>{script(name)}</script>" for name in names), ""])
 
 
 @cache

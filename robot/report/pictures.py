@@ -27,7 +27,6 @@ PAGE_COLOURS = (
     ("#555555", "var(--faint)"),
 )
 DOTS_PER_INCH = 130
-MOST_IN_STILL = 300  # points of a curve: most pictures are 350 points wide
 
 
 def write_report(
@@ -82,9 +81,10 @@ def page_picture(figure: Figure, name: str, number: str, says: str = "") -> Page
     """Return a figure as a still picture with plots to take its place; its curves are thinned for both."""
     plots = moving_json(figure)
     for ax in figure.axes:
+        most = round(float(ax.get_window_extent().width))  # a point for each of its pixels
         for line in ax.lines:
             x, y = (np.asarray(one, dtype=np.float64) for one in line.get_data())
-            rows = kept_rows(x, y, MOST_IN_STILL)
+            rows = kept_rows(x, y, most)
             line.set_data(x[rows], y[rows])
     return PagePicture(name, inline_svg(figure, number), plots, says)
 

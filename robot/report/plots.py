@@ -12,12 +12,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from model.motion.se2 import aligning, compose
 from model.values.arrays import FloatArray
 from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.control.stops import STOPS
-from robot.report.ground_truth import true_pose, true_velocity
+from robot.report.ground_truth import aligned_to_truth, true_velocity
 from robot.report.summary import planar_pose
 
 TRUE, PREDICTED, DIFFERENCE, ESTIMATED = "#0072B2", "#D55E00", "#555555", "#009E73"
@@ -56,8 +55,8 @@ def _trajectory(log: Recording) -> Figure:
     figure = Figure(figsize=(9, 3.6), layout="constrained")
     ax: Axes = figure.subplots()
     curves = [
-        ("dead reckoning", _in_truth_frame(log, log.dead_reckoning_pose), PREDICTED, 1.5, "--"),
-        ("estimator", _in_truth_frame(log, log.estimate_pose), ESTIMATED, 1.5, "-."),
+        ("dead reckoning", aligned_to_truth(log, log.dead_reckoning_pose), PREDICTED, 1.5, "--"),
+        ("estimator", aligned_to_truth(log, log.estimate_pose), ESTIMATED, 1.5, "-."),
     ]
     if log.has_truth:
         curves.insert(0, ("true", planar_pose(log), TRUE, 2.5, "-"))
@@ -95,14 +94,6 @@ def _widen(ax: Axes, least: float) -> None:
 def _legend_above(ax: Axes) -> None:
     """Put the legend above the axes, where no curve is."""
     ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=7, frameon=False, borderaxespad=0)
-
-
-def _in_truth_frame(log: Recording, own: FloatArray) -> FloatArray:
-    """Poses begun where the truth begins, so that both can be compared; (T, 3)."""
-    known = np.flatnonzero(np.isfinite(log.truth_position_W[:, 0]))
-    if len(known) == 0:
-        return own
-    return compose(aligning(true_pose(log)[known[0]], own[known[0]]), own)
 
 
 def _velocity(log: Recording) -> Figure:

@@ -2,16 +2,16 @@
 
 import sys
 
-from record.whole_file import check_room
+from record.whole_file import check_room, write_text
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.screen_fit import columns_of
 from robot.console.table import row_lines
-from robot.report.pictures import write_report
+from robot.report.pictures import save_pictures
 from robot.report.plots import draw_log
-from robot.report.run_date import date_words
 from robot.report.summary import read_summary
 from robot.report.summary_text import summary_rows
+from robot.report.walk_page import walk_page
 from robot.requests.recorded import ShowRequest
 
 
@@ -30,10 +30,10 @@ def show_log(request: ShowRequest) -> ExitCode:
         return ExitCode.OK
     rows = summary_rows(summary)
     print(*row_lines(rows, columns_of(sys.stdout)), sep="\n")
-    title = f"{log.metadata.get('robot', 'Robot')}: {summary.gait}"
-    software = log.metadata.get("software", "written by an unknown program")
-    note = f"{request.path}, {date_words(log.metadata)}, {software}"
     out = request.out or request.path.with_suffix(".html")
-    written = write_report(out, title, note, rows, draw_log(log))
-    print("pictures: " + ", ".join(map(str, written)))
+    if out.suffix == ".png":
+        print("pictures: " + ", ".join(map(str, save_pictures(out, draw_log(log)))))
+    else:
+        write_text(out, walk_page(summary, log, str(request.path)))
+        print(f"pictures: {out}")
     return ExitCode.OK

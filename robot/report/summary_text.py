@@ -18,28 +18,41 @@ def summary_rows(summary: Summary) -> list[Row]:
 
     Nor has what was not measured in imported data, in which no loop and no model of ours ran.
     """
+    return [row for rows in summary_groups(summary).values() for row in rows]
+
+
+def summary_groups(summary: Summary) -> dict[str, list[Row]]:
+    """Return the same rows in groups, by the title of the group."""
     s = summary
     imported = s.hardware == IMPORTED
     going = reason_of(s.stop_reason) is StopReason.NONE
     ended = "not ended in this log" if going else f"ended: {s.stop_reason}"
     run = f"{s.gait} on {s.hardware}, {s.duration_s:.1f} s, {ended}"
     rows = [("run", f"{s.gait}, imported data, {s.duration_s:.1f} s" if imported else run)]
-    rows += [*_stop_rows(s), *_walk_rows(s)]
+    walk = _walk_rows(s)
     if s.truth and (math.isfinite(s.drift_m) or not imported):
-        rows.append(("drift of dead reckoning", _drift_words(s.walk_drift_m, s.drift_m)))
+        walk.append(("drift of dead reckoning", _drift_words(s.walk_drift_m, s.drift_m)))
+    forces = []
     if not s.forces:
-        rows.append(("foot forces", "none measured" if s.sensors else "no force sensors"))
+        forces.append(("foot forces", "none measured" if s.sensors else "no force sensors"))
     elif math.isfinite(s.force_rmse_n[0]):
-        rows.append(("predicted foot force, RMSE", _force_words(s.force_rmse_n)))
-    if any(s.imu_share):
-        rows.append(("IMU", _imu_words(s)))
+        forces.append(("predicted foot force, RMSE", _force_words(s.force_rmse_n)))
+    estimator = [("IMU", _imu_words(s))] if any(s.imu_share) else []
     if math.isfinite(s.estimate_health[0]):
-        rows += _estimator_rows(s)
+        estimator += _estimator_rows(s)
+    groups = {
+        "Run": [*rows, *_stop_rows(s)], "Walk": walk, "Foot forces": forces, "Estimator": estimator,
+        "Loop, servos, faults": _device_rows(s, imported=imported),
+    }  # fmt: skip
+    return {title: rows for title, rows in groups.items() if rows}
+
+
+def _device_rows(s: Summary, *, imported: bool) -> list[Row]:
     timing = (
         f"{s.ticks} ticks, late p50 {s.late_p50_ms:.2f} p99 {s.late_p99_ms:.2f} "
         f"max {s.late_max_ms:.2f} ms, {s.missed} missed"
     )
-    rows.append(("samples", str(s.ticks)) if imported else ("loop", timing))
+    rows = [("samples", str(s.ticks)) if imported else ("loop", timing)]
     if math.isfinite(s.hottest_c) or not imported:
         rows.append(("hottest servo", f"{number_text(s.hottest_c, 0)} C"))
     if s.faults or not imported:
@@ -48,6 +61,45 @@ def summary_rows(summary: Summary) -> list[Row]:
     if s.damage:
         rows.append(("file", s.damage))
     return rows
+
+
+def run_sentence(s: Summary) -> str:
+    """Return what a run did in one sentence."""
+    if s.walking_s <= 0:
+        did = f"It did not walk in {s.duration_s:.1f} s"
+    else:
+        cycles = f"{number_text(s.cycles, 2)} cycles of {s.gait}, " if s.cycles > 0 else ""
+        source = "" if s.truth else " by its own estimate"
+        did = (f"It walked {number_text(s.forward_m, 3)} m forward{source} in {s.walking_s:.1f} s "
+               f"({cycles}{_milli(s.mean_speed_m_s)} mm/s)")  # fmt: skip
+    reason = reason_of(s.stop_reason)
+    if not STOPS[reason].wished:
+        return f"{did} and stopped because of a fault: {STOPS[reason].words}."
+    kinds = len(s.faults)
+    return f"{did}, without a fault." if not kinds else (
+        f"{did}, with {kinds} kind{'s' if kinds > 1 else ''} of fault."
+    )  # fmt: skip
+
+
+def run_facts(s: Summary) -> list[Row]:
+    """Return the few numbers of a run that count most, each with what it is a number of."""
+    if s.walking_s <= 0:
+        return []
+    source = "true" if s.truth else "estimated"
+    facts = [
+        (f"{number_text(s.forward_m, 3)} m", f"forward while walking ({source})"),
+        (f"{_milli(s.mean_speed_m_s)} mm/s", "mean speed forward"),
+        (f"{number_text(math.degrees(s.yaw_rad), 1)} deg", "turned while walking"),
+    ]
+    low, *_, high = s.slip_percentiles_m_s
+    if math.isfinite(low):
+        facts.append((f"{_milli(low)} to {_milli(high)} mm/s",
+                      f"forward slip of loaded feet, 5 to 95 % ({source})"))  # fmt: skip
+    if math.isfinite(s.estimate_walk_drift_m):
+        facts.append(
+            (f"{_milli(s.estimate_walk_drift_m)} mm", "drift of the estimator while walking")
+        )
+    return facts
 
 
 def _imu_words(s: Summary) -> str:

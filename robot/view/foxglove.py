@@ -36,9 +36,7 @@ from model.values.arrays import FloatArray
 from model.values.parameters import RobotParameters
 from model.values.tick import Tick
 from record.whole_file import clear_name, writing
-from robot.view.frames import BODY_FRAME, TRUE_FRAME
-from robot.view.numbers import Numbers, known, numbers_of
-from robot.view.scene import (
+from robot.report.scene import (
     MEASURED,
     PREDICTED,
     Arrow,
@@ -48,6 +46,8 @@ from robot.view.scene import (
     legs_of,
     turn_from_x,
 )
+from robot.view.frames import BODY_FRAME, TRUE_FRAME
+from robot.view.numbers import Numbers, known, numbers_of
 from robot.view.viewer import Viewer
 
 SCENE_TOPIC, TRAJECTORY_TOPIC, FRAMES_TOPIC, NEWS_TOPIC = "/robot", "/trajectory", "/tf", "/log"

@@ -8,7 +8,7 @@ from model.motion.se2 import aligning, quaternion_of, yaw_of
 from model.values.arrays import FloatArray
 from model.values.readings import BodyTruth
 from model.values.tick import DeadReckoning, Tick
-from robot.view.scene import ESTIMATED, MEASURED, PREDICTED, Colour
+from robot.report.scene import ESTIMATED, MEASURED, PREDICTED, Colour
 
 MAP_FRAME, ODOM_FRAME, BODY_FRAME, TRUE_FRAME = "map", "odom", "base_link", "base_link_true"
 # A trajectory gets a new point after this way, and keeps at most so many.

@@ -16,9 +16,9 @@ from model.values.parameters import RobotParameters
 from model.values.tick import Tick
 from record.whole_file import clear_name, writing
 from robot.report.figure_style import leg_colour
+from robot.report.scene import ESTIMATED, MEASURED, PREDICTED, Colour, LegScene, body_of, legs_of
 from robot.view.frames import BODY_FRAME, MAP_FRAME, ODOM_FRAME, TRUE_FRAME
 from robot.view.numbers import known, numbers_of
-from robot.view.scene import ESTIMATED, MEASURED, PREDICTED, Colour, LegScene, body_of, legs_of
 from robot.view.viewer import Viewer
 
 TIMELINE = "run"

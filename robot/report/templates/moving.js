@@ -1,4 +1,4 @@
-/* Plots in place of still pictures, each once it comes near the screen; one clock for all that has a time.
+/* Plots of Bokeh in place of still pictures, each once it comes near the screen; one clock for all that has a time.
    Python (robot/report/moving.py) gives each figure as JSON beside its still picture. Without this script, and
    on paper, the still picture stays. */
 "use strict";
@@ -95,13 +95,50 @@ const bigant = {
     }
   }
 
+  const short = (x) => String(Number(x.toPrecision(4)));
+
+  /* The point of a curve nearest to a place: in time, or in the plane of a path. */
+  function nearest(one, source, place) {
+    const { x: xs, y: ys } = source.data, box = one.view.frame.bbox;
+    const x_px = box.width / (one.model.x_range.end - one.model.x_range.start);
+    const y_px = one.stretch ? box.height / (one.model.y_range.end - one.model.y_range.start) : 0;
+    let best = { apart: Infinity };
+    for (let k = 0; k < xs.length; k++) {
+      const apart = Math.hypot(x_px * (xs[k] - place.x), y_px * (ys[k] - place.y));
+      if (apart < best.apart) best = { apart, x: xs[k], y: ys[k] };
+    }
+    return best;
+  }
+
+  /* Values of the curves under the pointer, in a corner of the panel. */
+  function add_readout(one) {
+    const box = document.createElement("div");
+    box.className = "readout";
+    one.cell.append(box);
+    one.model.on_event("mousemove", (place) => {
+      const found = new Map();
+      for (const renderer of one.model.renderers) {
+        if (!renderer.visible || renderer.glyph.type !== "Line") continue;
+        const point = nearest(one, renderer.data_source, place), name = renderer.name || one.labels[1];
+        if (point.apart < 40 && !(found.has(name) && found.get(name).apart < point.apart)) found.set(name, point);
+      }
+      let points = [...found].sort((a, b) => a[1].apart - b[1].apart);
+      if (one.stretch) points = points.slice(0, 1);
+      const [x_label, y_label] = one.labels;
+      box.textContent = !points.length ? "" : one.stretch
+        ? points.map(([name, p]) => `${name}: ${x_label} ${short(p.x)}, ${y_label} ${short(p.y)}`).join("")
+        : `${x_label} ${short(place.x)}: ` + points.map(([name, p]) => `${name} ${short(p.y)}`).join(", ");
+    });
+    one.cell.addEventListener("mouseleave", () => { box.textContent = ""; });
+  }
+
   async function add_panel(figure, panel, grid, number) {
     const cell = document.createElement("div");
     grid.append(cell);
     const manager = await Bokeh.embed.embed_item(panel.item, cell);
     const view = manager.get_by_id(panel.item.root_id), model = view.model;
     const one = {
-      figure, view, model, cell, time: panel.time, stretch: panel.stretch, number,
+      figure, view, model, cell, labels: panel.labels, time: panel.time, stretch: panel.stretch, number,
       cursor: model.center.find((part) => part.name === "cursor"),
       wanted_x: [model.x_range.start, model.x_range.end], wanted_y: [model.y_range.start, model.y_range.end],
     };
@@ -115,6 +152,7 @@ const bigant = {
     }
     if (one.time) linked(one);
     cell.addEventListener("dblclick", () => model.reset.emit());
+    add_readout(one);
     bigant.plots.push(one);
   }
 
@@ -177,7 +215,7 @@ const bigant = {
     const hint = document.createElement("p");
     hint.className = "hint";
     hint.textContent = "Drag across a plot to zoom into it, double-click to go back; ctrl and the wheel zoom too. "
-      + "A curve shows its values under the pointer; a name hides its curve.";
+      + "Curves show their values under the pointer; a name hides its curve.";
     figures[0].after(hint);
   }
 

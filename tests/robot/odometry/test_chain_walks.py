@@ -22,9 +22,9 @@ from robot.odometry.metrics import path_length
 from robot.odometry.track import TrackedLog, track_log
 from robot.replay.ticks import replay_log
 from robot.report.ground_truth import true_pose
+from robot.report.scene import legs_of
 from robot.requests.recorded import OdomRequest
 from robot.view.numbers import numbers_of
-from robot.view.scene import legs_of
 from robot.view.screen import screen_lines
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"

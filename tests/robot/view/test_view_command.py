@@ -25,11 +25,11 @@ from model.values.tick import Mode
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
+from robot.report.scene import METRES_PER_NEWTON, legs_of, turn_from_x
 from robot.view import log_source
 from robot.view import watch as view_command
 from robot.view.frames import FrameTracker
 from robot.view.numbers import NewsTracker, known, numbers_of
-from robot.view.scene import METRES_PER_NEWTON, legs_of, turn_from_x
 from tests.record.ticks import NAMES, make_tick
 
 ROOT = Path(__file__).resolve().parents[3]

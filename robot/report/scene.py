@@ -1,4 +1,4 @@
-"""What a viewer draws of one tick, as plain geometry in the body frame. Pure."""
+"""What a viewer draws of a robot, as plain geometry in the body frame: of one tick, or of many. Pure."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,6 @@ from model.values.parameters import (
     ChainParameters,
     CrankParameters,
     FourBarParameters,
-    LegGeometry,
     RobotParameters,
 )
 from model.values.tick import Tick
@@ -37,7 +36,7 @@ SHAFT_SHARE = 0.7
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Strip:
-    """Points joined by lines, (K, 3) [m], body frame."""
+    """Points joined by lines, (..., K, 3) [m], body frame."""
 
     points: FloatArray
     colour: Colour
@@ -97,7 +96,6 @@ def legs_of(tick: Tick, parameters: RobotParameters) -> tuple[LegScene, ...]:
         parameters: Dimensions, from the log's own robot file.
     """
     angles = tick.joints.angle_rad
-    shafts = parameters.legs.shaft_position
     feet = leg_kinematics(parameters).feet(angles, np.zeros_like(angles)).position_m
     loaded = np.asarray(tick.contact.support.contact)
     legs = []
@@ -106,7 +104,7 @@ def legs_of(tick: Tick, parameters: RobotParameters) -> tuple[LegScene, ...]:
             legs.append(LegScene(name, (), (), ()))
             continue
         foot = feet[leg]
-        links = _links(parameters.leg, leg, shafts[leg], angles)
+        links = leg_links(parameters, leg, angles)
         forces = (
             *_arrow(foot, tick.forces.force_n[leg], MEASURED),
             *_arrow(foot, tick.contact.traction.force_B[leg], PREDICTED),
@@ -115,33 +113,41 @@ def legs_of(tick: Tick, parameters: RobotParameters) -> tuple[LegScene, ...]:
     return tuple(legs)
 
 
-def _links(
-    geometry: LegGeometry, leg: int, shaft: FloatArray, angles_rad: FloatArray
-) -> tuple[Strip, ...]:
-    """What a leg consists of, at the angles of all joints, (J,)."""
+def leg_links(parameters: RobotParameters, leg: int, angles_rad: FloatArray) -> tuple[Strip, ...]:
+    """Return what a leg consists of, at the angles of all joints, (..., J)."""
+    geometry, shaft = parameters.leg, parameters.legs.shaft_position[leg]
     if isinstance(geometry, ChainParameters):
         kinematics, joints = ChainKinematics(geometry), list(geometry.joints_of(leg))
-        foot = kinematics.feet(angles_rad, np.zeros_like(angles_rad)).position_m[leg]
-        return (Strip(np.stack([*kinematics.joint_places(angles_rad)[joints], foot]), LINK),)
-    angle_rad = float(angles_rad[leg])
+        feet = kinematics.feet(angles_rad, np.zeros_like(angles_rad)).position_m
+        foot = feet[..., leg : leg + 1, :]
+        places = kinematics.joint_places(angles_rad)[..., joints, :]
+        return (Strip(np.concatenate([places, foot], axis=-2), LINK),)
+    angle_rad = angles_rad[..., leg]
     match geometry:
         case FourBarParameters():
-            pose = linkage_pose(geometry, np.array(angle_rad))
+            pose = linkage_pose(geometry, angle_rad)
             crank_pin, rocker_pin = _placed(shaft, pose.crank_pin), _placed(shaft, pose.rocker_pin)
             pivot, foot = _placed(shaft, geometry.ground_pivot), _placed(shaft, pose.foot)
             return (
-                Strip(np.stack([shaft, crank_pin]), LINK),
-                Strip(np.stack([pivot, rocker_pin]), LINK),
-                Strip(np.stack([crank_pin, rocker_pin, foot, crank_pin]), COUPLER),
+                _strip(LINK, shaft, crank_pin),
+                _strip(LINK, pivot, rocker_pin),
+                _strip(COUPLER, crank_pin, rocker_pin, foot, crank_pin),
             )
         case CrankParameters():
-            sole = [_placed(shaft, point) for point in crank_outline(geometry, angle_rad)]
-            return Strip(np.stack([shaft, sole[0]]), LINK), Strip(np.stack(sole), COUPLER)
+            sole = _placed(shaft, crank_outline(geometry, angle_rad))
+            return _strip(LINK, shaft, sole[..., 0, :]), Strip(sole, COUPLER)
 
 
-def _placed(shaft: FloatArray, plane: FloatArray) -> FloatArray:
-    """(x, z) in the leg's plane to the body frame."""
-    place: FloatArray = shaft + np.array([plane[0], 0.0, plane[1]])
+def _strip(colour: Colour, *points: FloatArray) -> Strip:
+    """Joined points, some of which may be fixed in the body, (3,), and others (..., 3)."""
+    return Strip(np.stack(np.broadcast_arrays(*points), axis=-2), colour)
+
+
+def _placed(shaft: FloatArray, plane: FloatArray | tuple[float, float]) -> FloatArray:
+    """(x, z) in the leg's plane, (..., 2), to the body frame."""
+    in_plane = np.asarray(plane)
+    aside = np.zeros(in_plane.shape[:-1])
+    place: FloatArray = shaft + np.stack([in_plane[..., 0], aside, in_plane[..., 1]], axis=-1)
     return place
 
 

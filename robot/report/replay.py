@@ -1,0 +1,153 @@
+"""The 3-D replay of a log for a page: legs, body, forces and path as arrays for ``templates/replay.js``.
+
+Of a long log only some ticks are kept; between them the script goes straight.
+"""
+
+import base64
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from model.errors import BigantError
+from model.kinematics.legs import leg_kinematics
+from model.motion.se2 import quaternion_of, yaw_of
+from model.values.arrays import BoolArray, FloatArray, IntArray
+from model.values.parameters import RobotParameters
+from model.values.tick import Mode
+from record.log.recording import Recording
+from robot.config.robot_file import parse_robot
+from robot.report.ground_truth import aligned_to_truth
+from robot.report.page import PagePicture
+from robot.report.replay_still import still_of
+from robot.report.scene import LEAST_FORCE_N, METRES_PER_NEWTON, body_of, leg_links
+
+MOST_FRAMES = 2400
+LEAST_STEP_S = 0.04  # 25 frames a second
+UNKNOWN = -32768
+NAME = "Replay"
+SAYS = (
+    "Blue arrows are measured foot forces, orange ones those that the model predicts. A foot that slips "
+    "leaves a pink streak. Squares of the ground are 0.1 m wide."
+)
+
+
+def replay_of(log: Recording) -> PagePicture | None:
+    """Return the replay of a log; None where its robot file or its angles are not known."""
+    try:
+        parameters = parse_robot(log.config_text).parameters
+    except BigantError:
+        return None  # a log of another program's robot: there is nothing to draw
+    if parameters.legs.names != log.names or not np.isfinite(log.angle_rad).all(axis=1).any():
+        return None
+    arrays = _arrays(log, parameters, kept_frames(log.t_s))
+    text = json.dumps(_packed(arrays), separators=(",", ":"), allow_nan=False)
+    return PagePicture(NAME, still_of(arrays), text, SAYS, kind="replay")
+
+
+def kept_frames(t_s: FloatArray) -> IntArray:
+    """Return which of T ticks are kept: one every 0.04 s, and at most 2400."""
+    span_s = float(t_s[-1] - t_s[0])
+    count = int(min(len(t_s), MOST_FRAMES, max(2.0, span_s / LEAST_STEP_S + 1)))
+    at_s = np.linspace(t_s[0], t_s[-1], count)
+    return np.unique(np.searchsorted(t_s, at_s).clip(0, len(t_s) - 1))
+
+
+def _arrays(log: Recording, parameters: RobotParameters, rows: IntArray) -> dict[str, Any]:
+    """What is drawn in F frames, with NaN for what is not known."""
+    angles = log.angle_rad[rows]
+    known: BoolArray = np.asarray(np.isfinite(angles).all(axis=1))
+    angles = np.where(known[:, None], angles, 0.0)
+    feet = leg_kinematics(parameters).feet(angles, np.zeros_like(angles)).position_m
+    points: list[FloatArray] = []
+    strips: list[list[int]] = []
+    for leg in range(len(log.names)):
+        for link in leg_links(parameters, leg, angles):
+            strips.append([leg, sum(one.shape[1] for one in points), link.points.shape[1]])
+            points.append(link.points)
+    body = body_of(parameters)
+    loaded: BoolArray = np.asarray(np.isfinite(log.predicted_slip_B[rows, :, 0]))
+    place, turn, paths = _motion(log, rows, feet, loaded)
+    return {
+        "names": list(log.names),
+        "begin": float(log.t_s[np.argmax(log.mode == Mode.WALK.value)]),
+        "t": log.t_s[rows],
+        "place": place,
+        "turn": turn,
+        "strips": strips,
+        "points": np.where(known[:, None, None], np.concatenate(points, axis=1), np.nan),
+        "feet": np.where(known[:, None, None], feet, np.nan),
+        "loaded": loaded,
+        "measured": log.force_n[rows],
+        "predicted": log.predicted_force_n[rows],
+        "paths": paths,
+        "box": [*body.centre.tolist(), *body.size.tolist()],
+        "metres_per_newton": METRES_PER_NEWTON,
+        "least_n": LEAST_FORCE_N,
+    }
+
+
+def _motion(
+    log: Recording, rows: IntArray, feet: FloatArray, loaded: BoolArray
+) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]]:
+    """Place (F, 3), attitude (F, 4) of the body, and each path seen from above, (F, 2), by name.
+
+    Ground truth where there is one, then the estimator, then dead reckoning.
+    """
+    reckoned = aligned_to_truth(log, log.dead_reckoning_pose)[rows]
+    estimated = aligned_to_truth(log, log.estimate_pose)[rows]
+    pose = np.where(_known(estimated), estimated, reckoned)
+    place, turn = (
+        np.column_stack([pose[:, :2], np.full(len(rows), np.nan)]),
+        quaternion_of(pose[:, 2]),
+    )
+    true, attitude = log.truth_position_W[rows], log.truth_quaternion_xyzw[rows]
+    place = np.where(_known(true[:, :2]), true, place)
+    yaw = yaw_of(attitude)
+    turn = np.where(_known(yaw[:, None]), quaternion_of(yaw), turn)
+    turn = np.where(_known(attitude), attitude, turn)
+    air = ~loaded & loaded.any(axis=1, keepdims=True)
+    standing = np.where(air, np.inf, feet[..., 2])
+    lowest = standing.min(axis=1)
+    place[:, 2] = np.where(np.isfinite(place[:, 2]), place[:, 2], -lowest)
+    paths = {"true": true[:, :2], "estimator": estimated[:, :2], "dead reckoning": reckoned[:, :2]}
+    return place, turn, {name: one for name, one in paths.items() if np.isfinite(one).any()}
+
+
+def _known(values: FloatArray) -> BoolArray:
+    """Which rows are known, (F, 1)."""
+    return np.asarray(np.isfinite(values).all(axis=1, keepdims=True))
+
+
+def _packed(arrays: dict[str, Any]) -> dict[str, Any]:
+    """Arrays as text: small whole numbers times a scale where a ten-thousandth of the range is enough."""
+    told: dict[str, Any] = {}
+    for name, value in arrays.items():
+        if name == "paths":
+            told[name] = {one: _floats(path) for one, path in value.items()}
+        elif name in {"t", "place", "turn"}:
+            told[name] = _floats(value)
+        elif name == "loaded":
+            told[name] = _text(value, np.uint8)
+        elif isinstance(value, np.ndarray):
+            told[name] = _whole(value)
+        else:
+            told[name] = value
+    return told
+
+
+def _floats(values: FloatArray) -> str:
+    return _text(np.where(np.isfinite(values), values, 1e30), np.float32)
+
+
+def _whole(values: FloatArray) -> dict[str, object]:
+    most = float(np.nanmax(np.abs(values), initial=1e-9)) if np.isfinite(values).any() else 1.0
+    scale = most / 32767.0
+    whole = np.where(np.isfinite(values), np.round(np.nan_to_num(values) / scale), UNKNOWN)
+    return {"scale": scale, "data": _text(whole, np.int16)}
+
+
+def _text(values: np.ndarray[Any, Any], kind: DTypeLike) -> str:
+    little = np.ascontiguousarray(values, dtype=np.dtype(kind).newbyteorder("<"))
+    return base64.b64encode(little.tobytes()).decode("ascii")
