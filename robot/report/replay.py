@@ -122,19 +122,19 @@ def _known(values: FloatArray) -> BoolArray:
 
 def _packed(arrays: dict[str, Any]) -> dict[str, Any]:
     """Arrays as text: small whole numbers times a scale where a ten-thousandth of the range is enough."""
-    told: dict[str, Any] = {}
+    packed: dict[str, Any] = {}
     for name, value in arrays.items():
         if name == "paths":
-            told[name] = {one: _floats(path) for one, path in value.items()}
+            packed[name] = {one: _floats(path) for one, path in value.items()}
         elif name in {"t", "place", "turn"}:
-            told[name] = _floats(value)
+            packed[name] = _floats(value)
         elif name == "loaded":
-            told[name] = _text(value, np.uint8)
+            packed[name] = _text(value, np.uint8)
         elif isinstance(value, np.ndarray):
-            told[name] = _whole(value)
+            packed[name] = _whole(value)
         else:
-            told[name] = value
-    return told
+            packed[name] = value
+    return packed
 
 
 def _floats(values: FloatArray) -> str:
