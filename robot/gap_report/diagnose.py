@@ -1,6 +1,6 @@
 """``bigant gap diagnose``: where a simulator differs from measured runs, why, how far it shrinks."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from datetime import UTC, datetime
 from pathlib import Path
@@ -21,6 +21,7 @@ from robot.console.progress import ProgressBar
 from robot.console.screen_fit import terminal_width, wrapped
 from robot.gap_report.alone import fit_alone
 from robot.gap_report.blind import blind_json, blind_lines
+from robot.gap_report.kept_baseline import REUSED, baseline_of
 from robot.gap_report.legged import proposer_of
 from robot.gap_report.split import split_lines, with_hold_out
 from robot.gap_report.summary import summary_lines
@@ -69,8 +70,11 @@ def report_diagnosis(request: GapDiagnoseRequest) -> Diagnosis:
         for line in blind_lines(spots):
             print("\n".join(wrapped(line, terminal_width())), flush=True)
         print()
+    notes: list[str] = []
     with ProgressBar("diagnosis") as bar:
-        diagnosis = diagnosis_of(runs, simulator, request, bar.tell)
+        diagnosis = diagnosis_of(runs, simulator, request, bar.tell, notes.append)
+    if notes and not to_stdout(request.json):
+        print("\n".join(wrapped("; ".join(notes), terminal_width())) + "\n", flush=True)
     paths = (*request.trials, *request.reference)
     result = {**diagnosis_result(diagnosis, paths, runs), "before_judging": blind_json(spots)}
     try:  # printed first, so that it is not lost if a file cannot be written
@@ -103,7 +107,11 @@ def diagnosis_result(d: Diagnosis, paths: Sequence[Path], runs: Runs) -> dict[st
 
 
 def diagnosis_of(
-    runs: Runs, simulator: Simulator, request: GapDiagnoseRequest, progress: Progress = silent
+    runs: Runs,
+    simulator: Simulator,
+    request: GapDiagnoseRequest,
+    progress: Progress = silent,
+    notice: Callable[[str], None] = lambda _: None,
 ) -> Diagnosis:
     """Diagnose runs that are read; files and reports that the request names are not looked at.
 
@@ -112,6 +120,7 @@ def diagnosis_of(
         simulator: Of ``simulator_of``.
         request: How many processes, and which seed.
         progress: Gets what is being done, and the share of the whole that is done.
+        notice: Gets what a reader should know besides the diagnosis.
 
     Raises:
         GapError: The trials cannot be compared with the simulator.
@@ -120,7 +129,14 @@ def diagnosis_of(
     pool = nullcontext() if jobs == 1 else prediction_pool(simulator, trials, references, jobs)
     with pool as executor:
         study = make_study(trials, simulator, references, executor, runs.hold_out)
-        return diagnose_study(study, progress, request.seed, _proposer(runs, simulator))
+        progress("baseline model errors", 0.02)
+        own = request.sim == MUJOCO or request.effects is not None  # more than runs and program
+        standing, kept = baseline_of(study, "" if own else runs.kind.name, fresh=request.fresh)
+        if kept:
+            notice(REUSED)
+        return diagnose_study(
+            study, progress, request.seed, _proposer(runs, simulator), standing=standing
+        )
 
 
 def simulator_of(runs: Runs, request: GapDiagnoseRequest) -> Simulator:

@@ -109,6 +109,10 @@ class GapDiagnoseRequest:
         "processes (default: one a core, up to 4)", "N", default=CORES, type=between(1, whole=True)
     )
     seed: int = random_seed("seed of random draws")
+    fresh: bool = flag(
+        "search the references for baseline model errors again; without it those found before for the same "
+        "references and version are used"
+    )
     alone: bool = flag(
         "do not search: fit each effect alone and judge it on the held-out runs", group=ALONE
     )

@@ -1,0 +1,107 @@
+"""Baseline model errors of references, kept in the user's cache: the same healthy runs are searched once.
+
+They depend on the references, on what feeds the stages, and on the program; a file is named after all of
+them, so that none outlives a change of either.
+"""
+
+import hashlib
+import json
+import os
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import fields
+from functools import cache
+from importlib.resources import as_file, files
+from pathlib import Path
+
+import numpy as np
+from platformdirs import user_cache_path
+
+from gap.diagnosis.commissioning import commission
+from gap.diagnosis.study import FEWEST_REFERENCES, Study
+from gap.interfaces import Cause
+from record.trial.header import LEGGED
+from robot.console.json_output import json_text
+
+FOLDER = "baselines"
+# What a baseline is computed from besides the runs.
+PACKAGES = ("gap", "model", "record")
+REUSED = (
+    "the baseline model errors are those found before for these references "
+    "(--fresh finds them again)"
+)
+
+
+def baseline_of(study: Study, kind: str, *, fresh: bool) -> tuple[tuple[Cause, ...] | None, bool]:
+    """Return what the references of a study show already, and whether it was kept from before.
+
+    Args:
+        study: Trials and references.
+        kind: Kind of their machine, empty for one whose file is not part of the runs: then nothing is kept.
+        fresh: Search again, and keep the new answer.
+
+    Returns:
+        None where there are too few references, or where nothing may be kept: the diagnosis then decides.
+    """
+    if kind != LEGGED or len(study.references) < FEWEST_REFERENCES:
+        return None, False
+    path = _folder() / f"{_digest(study)}.json"
+    if not fresh:
+        kept = _read(path)
+        if kept is not None:
+            return kept, True
+    causes = commission(study)
+    _keep(causes, path)
+    return causes, False
+
+
+def _folder() -> Path:
+    return user_cache_path("bigant", appauthor=False) / FOLDER
+
+
+def _digest(study: Study) -> str:
+    digest = hashlib.sha256(f"{program_digest()} {study.local.value}".encode())
+    references = study.predictor.trials[len(study.trials) :]
+    for trial in references:
+        for each in fields(trial):
+            value = getattr(trial, each.name)
+            if isinstance(value, np.ndarray):
+                digest.update(f"{each.name} {value.dtype} {value.shape}".encode() + value.tobytes())
+            else:
+                digest.update(f"{each.name} {value!r}".encode())
+    return digest.hexdigest()[:32]
+
+
+@cache
+def program_digest() -> str:
+    """Return a digest of the sources that a baseline is computed by."""
+    digest = hashlib.sha256()
+    for package in PACKAGES:
+        with as_file(files(package)) as folder:
+            for path in sorted(folder.rglob("*.py")):
+                digest.update(path.relative_to(folder).as_posix().encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+def _read(path: Path) -> tuple[Cause, ...] | None:
+    """Return what is kept; None if there is nothing, or nothing that can be read."""
+    try:
+        rows = json.loads(path.read_text(encoding="utf-8"))
+        return tuple(
+            Cause(str(one["effect"]), tuple(one["joints"]), tuple(map(float, one["values"])))
+            for one in rows
+        )
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _keep(causes: Sequence[Cause], path: Path) -> None:
+    """Write a file that appears when it is whole; a cache that cannot be written is none."""
+    part = path.with_suffix(f".{os.getpid()}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_text(json_text(list(causes)), encoding="utf-8")
+        part.replace(path)
+    except OSError:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
