@@ -69,6 +69,7 @@ figures: install ## draw the figures of docs/ again
 docs-assets: figures ## draw all figures, run the commands whose output README.md shows, and compare
 	$(BIN)/python docs/write_outputs.py
 	$(BIN)/python docs/write_model_page.py
+	$(BIN)/python docs/draw_walk.py
 	$(BIN)/python docs/draw_viewer.py
 	$(BIN)/python docs/draw_odometry_page.py
 

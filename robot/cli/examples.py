@@ -8,7 +8,11 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "bigant drive --teleop",
         "bigant drive --hardware /dev/ttyUSB0 --armed --log runs/first.mcap",
     ),
-    "show": ("bigant show runs/first_walk.mcap", "bigant show runs/first_walk.mcap --json"),
+    "show": (
+        "bigant show runs/first_walk.mcap",
+        "bigant show runs/first_walk.mcap --video walk.mp4 --speed 2",
+        "bigant show runs/first_walk.mcap --json",
+    ),
     "devices": (
         "bigant devices",
         "bigant devices --port /dev/ttyUSB0 --discover none --json",

@@ -24,17 +24,25 @@ RERUN_SUFFIX = ".rrd"
 AGAIN, WALKING = "with --drive", "while it walks"  # headings in the help
 
 
-@request("report.show:show_log", writes=True)
+@request("view.film:show", writes=True)
 class ShowRequest:
     """``bigant show``: what happened in a log, as a table and as pictures.
 
     Print a summary of a log (distance, speed, slip, faults, loop) and write a page with trajectory, body
-    velocity and foot forces, predicted against measured.
+    velocity and foot forces, predicted against measured. --video also draws the walk in 3-D, with the
+    forces on the feet and where they slip; no display or graphics card is needed.
     """
 
     path: Path = argument("LOG")
     out: Path | None = option(".html or .png (default: next to the log, .html)", "FILE")
     json: bool = as_json("the summary as JSON, no picture")
+    video: Path | None = option("also a video: .mp4 (needs bigant[video]) or .gif", "FILE")
+    speed: float | None = option(
+        "of the video, times real time (default: 1)", "X", type=between(0.01, 1000)
+    )
+    fps: float | None = option(
+        "pictures a second of the video (default: 25; .gif 12.5)", "R", type=between(1, 60)
+    )
 
 
 @request("odometry.command:odom", writes=True)

@@ -105,16 +105,16 @@ class SimRunRequest:
     json: bool = as_json("what was done as JSON")
 
 
-@request("virtual.drawing:render", writes=True)
+@request("view.film:render", writes=True)
 class SimRenderRequest:
-    """``bigant sim render``: a picture or video of a log or a trial, off-screen.
+    """``bigant sim render``: a picture or video of a trial or a log, off-screen.
 
-    Body, legs, feet's paths and the ground's forces (red: more than a newton), drawn in three dimensions by
-    matplotlib from what was measured; nothing is simulated and no graphics card is needed. .png is one
-    moment (--at), .gif and .mp4 are videos; .mp4 needs ffmpeg.
+    Body, legs, paths, forces and slip as `bigant show LOG --video` draws them, here from the poses that a
+    trial holds. Nothing is simulated, and no display or graphics card is needed. .png is one moment (--at),
+    .gif and .mp4 are videos.
     """
 
-    path: Path = argument("LOG|TRIAL")
+    path: Path = argument("TRIAL|LOG")
     out: Path = needed(".png, .gif or .mp4", "FILE")
     at: float | None = option("moment of a .png (default: the middle)", "S")
     speed: float = option(
