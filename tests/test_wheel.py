@@ -74,7 +74,8 @@ def test_everything_that_comes_with_the_program_is_in_the_wheel_once(wheel: Path
     assert len(names) == len(set(names))
     assert {f"{name}/py.typed" for name in OURS} <= set(names)
     assert "record/maps/sliding_cube/map.toml" in names
-    assert "robot/report/templates/report.html" in names
+    for part in ("report.html", "moving.css", "moving.js", "replay.js", "switches.js"):
+        assert f"robot/report/templates/{part}" in names
     assert not [name for name in names if "__pycache__" in name or name.startswith("tests/")]
 
 

@@ -7,6 +7,7 @@ one or two it is over their cycles, and says so.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from itertools import combinations
 
 import numpy as np
 from scipy import stats
@@ -20,6 +21,7 @@ DRAWS = 400
 TRACES = 4
 TRACE_POINTS = 400
 FEWEST_RUNS = 3  # from which an interval is over runs
+MOST_SWITCHED = 4  # causes, up to which every set of them is predicted
 FEWEST_BLOCKS = 4  # from which a difference between two sets of causes has a scatter
 
 
@@ -55,7 +57,8 @@ class ChannelShrink(ChannelRms):
 class Trace:
     """A channel in P frames of a held-out trial: measured, and as predicted without causes and with them.
 
-    ``compared`` is False where the simulator is not held to it; NaN is what was not measured.
+    ``compared`` is False where the simulator is not held to it; NaN is what was not measured. ``each`` has
+    the prediction with each of the ``HowFar.sets``, (S, P).
     """
 
     channel: str
@@ -66,6 +69,7 @@ class Trace:
     before: FloatArray
     after: FloatArray
     compared: BoolArray
+    each: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +88,9 @@ class HowFar:
         worse: Whether the others predict held-out runs clearly better without it.
         channels: Every channel that was compared.
         traces: The channels that changed most.
+        sets: Sets of causes that were predicted, each as its causes' numbers in order; none and all among
+            them. Of up to four causes, every set.
+        rms: RMS over all channels in units of the floor with each of these sets.
     """
 
     before: float
@@ -98,6 +105,8 @@ class HowFar:
     worse: tuple[bool, ...]
     channels: tuple[ChannelShrink, ...]
     traces: tuple[Trace, ...]
+    sets: tuple[tuple[int, ...], ...]
+    rms: tuple[float, ...]
 
     @property
     def over_runs(self) -> bool:
@@ -107,18 +116,17 @@ class HowFar:
 
 def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
     """Measure what causes do to held-out trials under ``Drive.COMMAND``; the seed is of the resampling."""
-    alone = [(cause,) for cause in causes]
-    rest = [(*causes[:i], *causes[i + 1 :]) for i in range(len(causes))]
-    predicted = held.predictions([(), causes, *alone, *rest])
-    energies = [_energy(held, one) for one in predicted]
-    weight = held.per_block(np.concatenate([(w.gain > 0) * 1.0 for w in held.whiteners]))
-    before, after = energies[0], energies[1]
-    value, low, high = _shrink(held, before, after, weight, seed)
     n = len(causes)
-    closed = [_shrunk(before, one, weight) for one in energies[2 : 2 + n]]
-    last = [
-        _shrunk(before, after, weight) - _shrunk(before, one, weight) for one in energies[2 + n :]
-    ]
+    sets = sets_of(n)
+    predicted = held.predictions([tuple(causes[i] for i in one) for one in sets])
+    energy = {one: _energy(held, each) for one, each in zip(sets, predicted, strict=True)}
+    whole = tuple(range(n))
+    rest = [energy[whole[:i] + whole[i + 1 :]] for i in whole]
+    weight = held.per_block(np.concatenate([(w.gain > 0) * 1.0 for w in held.whiteners]))
+    before, after = energy[()], energy[whole]
+    value, low, high = _shrink(held, before, after, weight, seed)
+    closed = [_shrunk(before, energy[i,], weight) for i in whole]
+    last = [_shrunk(before, after, weight) - _shrunk(before, one, weight) for one in rest]
     mean = _mean(before, weight)
     return HowFar(
         before=float(np.sqrt(mean)),
@@ -130,10 +138,20 @@ def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
         explainable=max(0.0, 1.0 - 1.0 / mean) if mean > 0 else 0.0,
         alone=tuple(closed),
         last=tuple(last),
-        worse=tuple(_clearly_more(after - one, weight) for one in energies[2 + n :]),
+        worse=tuple(_clearly_more(after - one, weight) for one in rest),
         channels=_channels(held, before, after, weight, seed),
-        traces=_traces(held, predicted, before, after),
+        traces=_traces(held, predicted, sets, before, after),
+        sets=sets,
+        rms=tuple(float(np.sqrt(_mean(energy[one], weight))) for one in sets),
     )
+
+
+def sets_of(count: int) -> tuple[tuple[int, ...], ...]:
+    """Return the sets of so many causes that are predicted: every one, of many only the few that count."""
+    numbers = tuple(range(count))
+    sizes = numbers if count <= MOST_SWITCHED else (0, 1, count - 1)
+    sets = [one for size in sizes for one in combinations(numbers, size)]
+    return tuple(dict.fromkeys([(), *sets, numbers]))
 
 
 def _energy(held: Evidence, predicted: Sequence[FloatArray]) -> FloatArray:
@@ -237,6 +255,7 @@ def _rms_range(energy: FloatArray, weight: FloatArray, seed: int) -> tuple[float
 def _traces(
     held: Evidence,
     predicted: Sequence[Sequence[FloatArray]],
+    sets: Sequence[tuple[int, ...]],
     before: FloatArray,
     after: FloatArray,
 ) -> tuple[Trace, ...]:
@@ -246,6 +265,8 @@ def _traces(
     order = np.argsort(-change if change.any() else -before.sum(axis=0), kind="stable")[:TRACES]
     part, whitener = held.parts[0], held.whiteners[0]
     rows = slice(None, None, max(1, part.frames // TRACE_POINTS))
+    each = np.stack([one[0][rows] for one in predicted])
+    whole = max(range(len(sets)), key=lambda number: len(sets[number]))
     return tuple(
         Trace(
             channels[i].name,
@@ -253,9 +274,10 @@ def _traces(
             channels[i].unit,
             part.observation.time_s[rows],
             part.observation.values[rows, i] - whitener.expected[rows, i],
-            predicted[0][0][rows, i],
-            predicted[1][0][rows, i],
+            each[0, :, i],
+            each[whole, :, i],
             whitener.gain[rows, i] > 0,
+            each[..., i],
         )
         for i in order
         if (whitener.gain[:, i] > 0).any()

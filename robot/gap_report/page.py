@@ -1,5 +1,6 @@
 """A diagnosis as one self-contained page: the answer first, then what it rests on."""
 
+import json
 import math
 from collections.abc import Sequence
 from datetime import date
@@ -31,13 +32,14 @@ from robot.gap_report.words import (
     size_words,
     stage_note,
 )
+from robot.report.packed import packed_floats
 from robot.report.page import render
 from robot.report.pictures import page_picture
 from robot.report.plots import PREDICTED, STYLE
 
 MOST_RIVALS = 5
 MOST_NEXT = 5
-AFTER = "#009E73"
+AFTER, AFTER_NAME = "#009E73", "with the causes"
 NOT_COMPARED = "#808080"
 SIZE_IN = (4.8, 2.1)  # as wide as a phone, so that its letters are of a size to be read there
 LEAST_SEEN = 0.005
@@ -98,6 +100,7 @@ def diagnosis_page(
             page_picture(figure, name, str(number))
             for number, (name, figure) in enumerate(draw_traces(d).items())
         ],
+        switches=_switches(d),
         next=_next(d),
         legged=d.simulator in LEGGED_SIMULATORS,
         not_legged=NOT_LEGGED,
@@ -186,11 +189,35 @@ def _next(d: Diagnosis) -> dict[str, object]:
 
 def draw_traces(d: Diagnosis) -> dict[str, Figure]:
     """Draw the channels that the causes change most, in a held-out run, by name."""
-    if d.verdict is Verdict.NO_GAP:
-        return {}
     with mpl.rc_context({**STYLE, "font.size": 8}):
-        changed = [one for one in d.far.traces if _changed(one)] or d.far.traces
-        return {f"{t.channel} {t.joint}".strip(): _trace(t) for t in changed}
+        return {
+            f"{t.channel} {t.joint}".strip(): _trace(t, d.verdict is not Verdict.NO_GAP)
+            for t in shown_traces(d)
+        }
+
+
+def shown_traces(d: Diagnosis) -> list[Trace]:
+    """Return the channels that are drawn, those that the causes change most first."""
+    return [one for one in d.far.traces if _changed(one)] or list(d.far.traces)
+
+
+def _switches(d: Diagnosis) -> str:
+    """What the script of the switches needs: every set of causes with its RMS and its curves, as JSON."""
+    if not d.causes or d.verdict is Verdict.NO_GAP:
+        return ""
+    content = {
+        "causes": [place_words(one.effect, one.joints) for one in d.causes],
+        "sets": d.far.sets,
+        "rms": d.far.rms,
+        "curve": AFTER_NAME,
+        "curves": [packed_floats(_in_unit(t)[0] * t.each) for t in shown_traces(d)],
+    }
+    return json.dumps(content, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
+
+
+def _in_unit(trace: Trace) -> tuple[float, str]:
+    """Factor and name of the unit that a channel is drawn in."""
+    return FACTORS.get(trace.unit, (1.0, trace.unit))
 
 
 def _changed(trace: Trace) -> bool:
@@ -203,17 +230,18 @@ def _changed(trace: Trace) -> bool:
     return bool(change > LEAST_SEEN * (high - low))
 
 
-def _trace(trace: Trace) -> Figure:
+def _trace(trace: Trace, gap: bool) -> Figure:
     figure = Figure(figsize=SIZE_IN, layout="constrained")
     figure.patch.set_alpha(0.0)
     ax = figure.subplots()
     ax.patch.set_alpha(0.0)
-    factor, unit = FACTORS.get(trace.unit, (1.0, trace.unit))
-    lines = (
+    factor, unit = _in_unit(trace)
+    lines = [
         (trace.measured, "black", "-", 1.6, "measured"),
-        (trace.before, PREDICTED, ":", 1.2, "simulator before"),
-        (trace.after, AFTER, "--", 1.2, "with the causes"),
-    )
+        (trace.before, PREDICTED, ":", 1.2, "simulator before" if gap else "simulator"),
+    ]
+    if gap:
+        lines.append((trace.after, AFTER, "--", 1.2, AFTER_NAME))
     for values, colour, style, width, label in lines:
         ax.plot(trace.time_s, factor * values, color=colour, ls=style, lw=width, label=label)
     if not trace.compared.all():

@@ -34,7 +34,8 @@ from matplotlib.ticker import FixedLocator
 from robot.report.plot_marks import DASHES, add_mark, drawn_in, range_of
 
 PX_PER_IN = 72.0
-AXIS_PX, LEAST_PX = 46, 110  # what labels take of a plot's height, and the least height
+AXIS_PX = 46  # what labels take of a plot's height
+LEAST_PX, LEAST_ALONE_PX = 110, 230  # of one panel among others, and of a figure's only one
 EDGE_PX = 64  # left of the axes: panels one below the other begin at one place
 COLOUR_BAR = "<colorbar>"  # matplotlib's label of its axes
 PLANE = re.compile(r"[xyz] \[")  # the label of an axis in space
@@ -143,8 +144,13 @@ def _empty_plot(ax: Axes) -> BokehPlot:
     height_in = float(ax.get_position().height * whole.get_size_inches()[1])
     titles = [ax.get_title(loc="left"), ax.get_title(loc="center"), ax.get_title(loc="right")]
     title = "   ".join(text for text in titles if text)
+    rows = len({ax.get_position().y0 for ax in whole.axes})
+    named = isinstance(
+        ax.yaxis.get_major_locator(), FixedLocator
+    )  # rows with names: as high as they need
+    least_px = LEAST_PX if rows > 1 or named else LEAST_ALONE_PX
     plot = BokehPlot(
-        height=max(LEAST_PX, round(height_in * PX_PER_IN) + AXIS_PX), sizing_mode="stretch_width",
+        height=max(least_px, round(height_in * PX_PER_IN) + AXIS_PX), sizing_mode="stretch_width",
         x_range=range_of(ax.get_xlim()), y_range=range_of(ax.get_ylim()),
         x_axis_type=_scale(ax.get_xscale()), y_axis_type=_scale(ax.get_yscale()),
         x_axis_label=ax.get_xlabel() or None, y_axis_label=ax.get_ylabel() or None,
@@ -162,9 +168,8 @@ def _empty_plot(ax: Axes) -> BokehPlot:
         axis.axis_label_text_font_size = axis.major_label_text_font_size = "12px"
         axis.minor_tick_line_color = None
     plot.xaxis.visible = bool(ax.xaxis.get_tick_params()["labelbottom"])
-    locator = ax.yaxis.get_major_locator()
-    if isinstance(locator, FixedLocator):  # rows with names
-        ticks = [float(at) for at in np.asarray(locator())]
+    if named:
+        ticks = [float(at) for at in np.asarray(ax.yaxis.get_major_locator()())]
         names = ax.yaxis.get_major_formatter().format_ticks(ticks)
         plot.yaxis.ticker = FixedTicker(ticks=ticks)
         plot.yaxis.major_label_overrides = dict(zip(ticks, names, strict=True))

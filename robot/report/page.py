@@ -18,6 +18,7 @@ SHORT = re.compile(r"[-\d.]+ \S{1,4}")
 LONG_WORD = re.compile(r"\S{8,}")
 BREAKS = re.compile(r"([_/]|\.(?=[a-z]))")
 PLOT, REPLAY = "<figure class='plot'>", "<figure class='replay'>"
+SWITCHES = "<div class='switches'>"
 END = "</body></html>"
 LIBRARY = "<script class='library'>"
 
@@ -117,7 +118,10 @@ def _scripts(page: str) -> str:
         from robot.report.moving import library  # loaded only when a page is written
 
         scripts.append(f"{LIBRARY}{library()}</script>")
-    names = ["moving.js", *(["replay.js"] if REPLAY in page else [])]
+    names = ["moving.js"]
+    names += [
+        name for name, mark in (("replay.js", REPLAY), ("switches.js", SWITCHES)) if mark in page
+    ]
     return "\n".join([*scripts, *(f"<script>{script(name)}</script>" for name in names), ""])
 
 

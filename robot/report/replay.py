@@ -3,12 +3,10 @@
 Of a long log only some ticks are kept; between them the script goes straight.
 """
 
-import base64
 import json
 from typing import Any
 
 import numpy as np
-from numpy.typing import DTypeLike
 
 from model.errors import BigantError
 from model.kinematics.legs import leg_kinematics
@@ -19,13 +17,13 @@ from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.config.robot_file import parse_robot
 from robot.report.ground_truth import aligned_to_truth
+from robot.report.packed import packed_floats, packed_text, packed_whole
 from robot.report.page import PagePicture
 from robot.report.replay_still import still_of
 from robot.report.scene import LEAST_FORCE_N, METRES_PER_NEWTON, body_of, leg_links
 
 MOST_FRAMES = 2400
 LEAST_STEP_S = 0.04  # 25 frames a second
-UNKNOWN = -32768
 NAME = "Replay"
 SAYS = (
     "Blue arrows are measured foot forces, orange ones those that the model predicts. A foot that slips "
@@ -125,29 +123,13 @@ def _packed(arrays: dict[str, Any]) -> dict[str, Any]:
     packed: dict[str, Any] = {}
     for name, value in arrays.items():
         if name == "paths":
-            packed[name] = {one: _floats(path) for one, path in value.items()}
+            packed[name] = {one: packed_floats(path) for one, path in value.items()}
         elif name in {"t", "place", "turn"}:
-            packed[name] = _floats(value)
+            packed[name] = packed_floats(value)
         elif name == "loaded":
-            packed[name] = _text(value, np.uint8)
+            packed[name] = packed_text(value, np.uint8)
         elif isinstance(value, np.ndarray):
-            packed[name] = _whole(value)
+            packed[name] = packed_whole(value)
         else:
             packed[name] = value
     return packed
-
-
-def _floats(values: FloatArray) -> str:
-    return _text(np.where(np.isfinite(values), values, 1e30), np.float32)
-
-
-def _whole(values: FloatArray) -> dict[str, object]:
-    most = float(np.nanmax(np.abs(values), initial=1e-9)) if np.isfinite(values).any() else 1.0
-    scale = most / 32767.0
-    whole = np.where(np.isfinite(values), np.round(np.nan_to_num(values) / scale), UNKNOWN)
-    return {"scale": scale, "data": _text(whole, np.int16)}
-
-
-def _text(values: np.ndarray[Any, Any], kind: DTypeLike) -> str:
-    little = np.ascontiguousarray(values, dtype=np.dtype(kind).newbyteorder("<"))
-    return base64.b64encode(little.tobytes()).decode("ascii")

@@ -6,6 +6,10 @@ const bigant = {
   plots: [],            // every panel that is drawn: {figure, name, model, view, time, stretch}
   listeners: [],        // called with the time of the cursor [s]
   time: null,
+  /* Arrays that robot/report/packed.py made text of. */
+  bytes: (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer,
+  floats: (text) => new Float32Array(bigant.bytes(text)).map((x) => (x > 1e29 ? NaN : x)),
+  whole: (one) => Float32Array.from(new Int16Array(bigant.bytes(one.data)), (x) => (x === -32768 ? NaN : x * one.scale)),
   colour: (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim(),
 
   /* Move the cursor of all curves over time, and whoever listens, to a time [s]. */

@@ -2,14 +2,12 @@
    Python (robot/report/replay.py) gives arrays: whole numbers with a scale, or floats, in base64. */
 "use strict";
 (() => {
-  const UNKNOWN = -32768, TRAIL_S = 1.5, GRID_M = 0.1;
+  const TRAIL_S = 1.5, GRID_M = 0.1;
   const MEASURED = "#0072B2", PREDICTED = "#D55E00", PATHS = { "true": "#0072B2", "estimator": "#009E73",
     "dead reckoning": "#D55E00" };
   const EDGES = [[0, 1], [1, 3], [3, 2], [2, 0], [4, 5], [5, 7], [7, 6], [6, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
 
-  const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
-  const floats = (text) => new Float32Array(bytes(text)).map((x) => (x > 1e29 ? NaN : x));
-  const whole = (one) => Float32Array.from(new Int16Array(bytes(one.data)), (x) => (x === UNKNOWN ? NaN : x * one.scale));
+  const { bytes, floats, whole } = bigant;
 
   function unpack(told) {
     const d = { ...told, t: floats(told.t), place: floats(told.place), turn: floats(told.turn),

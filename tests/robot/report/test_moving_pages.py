@@ -7,6 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from model.motion.filters import play
+from record.trial.trial import write_trial
+from robot.cli import main as cli
+from tests.gap.bench_trials import IDEAL, servo_trial
 from tests.robot.browser import find_browser
 from tests.robot.driven_browser import Tab, driven_browser
 
@@ -226,3 +230,68 @@ def test_on_paper_and_without_scripts_there_is_the_still_picture(
     browser.show(800).open(walk_pages / "show.html", scripts=False)
     assert browser.run(stills) is True
     assert browser.run("document.body.innerText.includes('forward while walking')") is True
+
+
+@pytest.fixture(scope="module")
+def gap_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of a servo that is late, has play and a wrong zero: three causes."""
+    folder, paths = tmp_path_factory.mktemp("gap"), []
+    for number in range(4):
+        rng, t_s = np.random.default_rng(number), np.arange(1000) / 50.0
+        command = 0.6 * np.sin(2 * np.pi * (0.15 + 0.05 * number) * t_s)
+        shaft = play(np.interp(t_s - 0.06, t_s, command), 0.03, 0.0) + 0.02
+        shaft += 0.001 * rng.standard_normal(len(t_s))
+        paths.append(str(folder / f"run{number}.csv"))
+        write_trial(servo_trial(IDEAL, command, shaft), Path(paths[-1]))
+    page = folder / "gap.html"
+    assert cli.run(["gap", "diagnose", *paths, "--jobs", "1", "--html", str(page)]) == 0
+    return page
+
+
+def drawn_curve(tab: Tab, name: str) -> list[float]:
+    values: list[float] = tab.run(
+        f"Array.from(bigant.plots[0].model.renderers.find(r => r.name === '{name}').data_source.data.y)"
+    )
+    return values
+
+
+def rms_shown(tab: Tab) -> list[float]:
+    """RMS difference without any cause, and with those that are on."""
+    words = tab.run("document.querySelector('.left').textContent")
+    return [float(one) for one in re.findall(r"(\d+\.\d+) with", words)]
+
+
+def test_causes_are_switched_off_and_on_again(browser: Tab, gap_page: Path) -> None:
+    browser.show(1100).open(gap_page).until(DRAWN)
+    whole, before = (
+        drawn_curve(browser, "with the causes"),
+        drawn_curve(browser, "simulator before"),
+    )
+    none, all_on = rms_shown(browser)
+    assert all_on < 0.2 * none
+    count = browser.run("document.querySelectorAll('.switches input').length")
+    assert count == 3
+    left = [all_on]
+    for number in range(count):
+        browser.click(f"document.querySelectorAll('.switches input')[{number}]")
+        left.append(rms_shown(browser)[1])
+        assert drawn_curve(browser, "with the causes") != whole
+    assert left == sorted(left)
+    assert left[-1] == none, "no cause is on"
+    np.testing.assert_allclose(drawn_curve(browser, "with the causes"), before, rtol=1e-6)
+    for number in range(count):
+        browser.click(f"document.querySelectorAll('.switches input')[{number}]")
+    assert drawn_curve(browser, "with the causes") == whole
+    assert rms_shown(browser) == [none, all_on]
+    assert browser.errors == []
+
+
+def test_the_page_of_a_diagnosis_is_light_and_fits_a_phone(browser: Tab, gap_page: Path) -> None:
+    assert gap_page.stat().st_size < MOST_BYTES / 3
+    browser.show(SMALL_PX, touch=True).open(gap_page)
+    assert browser.run(ALL_DRAWN) >= 1
+    scroll, width = browser.run(WIDE)
+    assert scroll <= width == SMALL_PX
+    assert browser.errors == []
+    browser.show(SMALL_PX).open(gap_page, scripts=False)
+    assert browser.run("document.querySelector('.still').offsetHeight > 0") is True
