@@ -115,8 +115,8 @@ def diagnose(
         effects: A Python file of effects of your own.
         machine: What simulates the runs where their own file does not say it: ``robot.xml`` (MJCF or URDF)
             or ``FILE.py:make``, as of ``--machine``.
-        hold_out: Which runs judge what is fitted to the others: ``KEY=VALUE``, ``trial=NAME`` (``run 1`` and
-            on are in memory) or ``last-third`` of every run.
+        hold_out: Which runs judge what is fitted to the others: ``KEY=VALUE``, ``trial=NAME`` (``run 1`` is
+            the first in memory) or ``last-third`` of every run.
         jobs: Processes. Above 1 a script needs ``if __name__ == "__main__":``.
         seed: Of every random draw.
         progress: Gets what is being done, and the share of the whole that is done, 0 to 1.
