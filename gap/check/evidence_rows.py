@@ -12,7 +12,7 @@ import numpy as np
 from gap import constants
 from gap.check.calibration import CaseRows, ConstantPrior
 from gap.check.cases import CONTROL, OUTSIDE, PAIR, REMOVED, SINGLE, CheckedCase, gap_declared
-from gap.constants import SURELY_ODD
+from gap.diagnosis.probability import Fit, none_features
 
 SURE = 1e-3  # no nearer to 0 or 1 than this
 LOOSE = 0.5  # share of a constant by which a fit may move it, one standard deviation
@@ -36,15 +36,8 @@ def none_rows(cases: Sequence[CheckedCase]) -> CaseRows:
             or not (case.answer.referenced and gap_declared(case))
         ):
             continue
-        surely = math.log(max(left.p, 1e-9)) / math.log(float(SURELY_ODD))
-        odd = min(1.0, surely)
-        features.append((
-            1.0,
-            odd * (1.0 - left.closed),
-            odd * math.log(max(left.excess, 1.0)),
-            odd * math.log(max(left.worst, 1.0)),
-            max(0, len(case.answer.named) - 2),
-        ))  # fmt: skip
+        fit = Fit(left.closed, left.excess, left.worst, left.p, nats_after=math.nan)
+        features.append(none_features(fit, len(case.answer.named)))
         outcomes.append(case.kind in {OUTSIDE, REMOVED})
     return CaseRows(np.array(features).reshape(-1, 5), np.array(outcomes, dtype=bool))
 

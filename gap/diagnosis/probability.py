@@ -74,14 +74,26 @@ def none_of_them(fit: Fit, causes: int, referenced: bool) -> float:
         referenced: Whether the expectation comes from references.
     """
     wide, worst = (NONE_OPEN, NONE_WORST) if referenced else (NONE_OPEN_ALONE, NONE_WORST_ALONE)
-    # what a healthy machine leaves as well is no sign that something is missing
-    odd = min(1.0, -math.log(max(fit.p_after, 1e-9)) / -math.log(SURELY_ODD))
-    logit = NONE + odd * wide * (1.0 - fit.closed)
-    logit += odd * NONE_ENERGY * math.log(max(fit.excess_after, 1.0))
-    logit += odd * worst * math.log(max(fit.worst_after, 1.0))
-    if referenced:
-        logit += NONE_MANY * max(0, causes - 2)
+    many = NONE_MANY if referenced else 0.0
+    features = none_features(fit, causes)
+    weights = (NONE, wide, NONE_ENERGY, worst, many)
+    logit = sum(one * value for one, value in zip(weights, features, strict=True))
     return 1.0 / (1.0 + math.exp(-logit))
+
+
+def none_features(fit: Fit, causes: int) -> tuple[float, float, float, float, float]:
+    """Return what the log odds of "none of these" are linear in: offset, gap left open, energy, worst, causes.
+
+    What a healthy machine leaves as well is no sign that something is missing.
+    """
+    odd = min(1.0, -math.log(max(fit.p_after, 1e-9)) / -math.log(SURELY_ODD))
+    return (
+        1.0,
+        odd * (1.0 - fit.closed),
+        odd * math.log(max(fit.excess_after, 1.0)),
+        odd * math.log(max(fit.worst_after, 1.0)),
+        max(0, causes - 2),
+    )
 
 
 def chances(
