@@ -82,7 +82,7 @@ def none_of_them(fit: Fit, causes: int, referenced: bool) -> float:
 
 
 def none_features(fit: Fit, causes: int) -> tuple[float, float, float, float, float]:
-    """Return what the log odds of "none of these" are linear in: offset, gap left open, energy, worst, causes.
+    """Return what the log odds of "none of these" are linear in: offset, open gap, energy, worst, causes.
 
     What a healthy machine leaves as well is no sign that something is missing.
     """
