@@ -23,14 +23,14 @@ EPILOG = "exit codes: 0 ok, 1 failed verdict, 2 usage, 3 hardware, 4 log, 130 Ct
 OVERWRITE_HELP = "replace earlier files (default: they are kept as NAME.1.EXT)"
 # The modules of the commands of one word: about a robot or this computer, or about what was recorded.
 SINGLE = "single"
-RECORDED = dict.fromkeys(("show", "odom", "replay", "import", "view"), "recorded")
+RECORDED = dict.fromkeys(("show", "report", "odom", "replay", "import", "view"), "recorded")
 
 # Commands and groups as ``bigant --help`` lists them.
 HEADINGS = {
     "start here": ("drive", "show", "examples"),
     "robot": ("robot", "check", "bringup"),
     "devices": ("devices", "servo", "force"),
-    "logs": ("log", "import", "replay", "view"),
+    "logs": ("log", "report", "import", "replay", "view"),
     "analysis": ("odom", "gap", "model"),
     "advanced": ("sim", "campaign", "completion"),
 }
@@ -73,6 +73,7 @@ COMMANDS = {
     "log trim": "keep one piece of a log",
     "log merge": "join logs of one robot in order of time",
     "log repair": "make a readable log of a damaged one",
+    "report": "one page of a day: every run, faults, new gaps",
     "import": "your CSV, Parquet, NPZ or ROS 2 bag as a log or trial",
     "replay": "run a log again through today's code, as a test",
     "view": "watch a run: Foxglove, Rerun, terminal or ROS 2",

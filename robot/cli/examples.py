@@ -13,6 +13,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "bigant show runs/first_walk.mcap --video walk.mp4 --speed 2",
         "bigant show runs/first_walk.mcap --json",
     ),
+    "report": (
+        "bigant report runs",
+        "bigant report runs/today --reference runs/yesterday --pages",
+    ),
     "devices": (
         "bigant devices",
         "bigant devices --port /dev/ttyUSB0 --discover none --json",

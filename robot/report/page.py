@@ -43,6 +43,21 @@ class PagePicture:
 
 
 @dataclass(frozen=True, slots=True)
+class PageLink:
+    """A cell of a table that is more than a text: a name with a link, or with a command.
+
+    Attributes:
+        name: What it is called.
+        command: What to type; empty for nothing.
+        link: Where a click leads, relative to the page; empty for nowhere.
+    """
+
+    name: str
+    command: str = ""
+    link: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Section:
     """A part of a report; left out where it has neither rows nor facts nor a picture.
 
@@ -56,7 +71,7 @@ class Section:
     """
 
     title: str
-    rows: Sequence[Sequence[str]] = ()
+    rows: Sequence[Sequence[str | PageLink]] = ()
     head: Sequence[str] = ()
     numbers: Sequence[int] = ()
     picture: PagePicture | None = None

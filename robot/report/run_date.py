@@ -19,6 +19,12 @@ def date_words(metadata: Mapping[str, str]) -> str:
     return utc_words(begun_ns)
 
 
+def has_date(metadata: Mapping[str, str]) -> bool:
+    """Whether it is known when a run began: not in virtual time, nor of a table that begins with itself."""
+    begun_ns = whole_number(metadata.get(START_UNIX_KEY, ""), -1)
+    return metadata.get("time") != "virtual" and begun_ns >= A_DAY_NS
+
+
 def utc_words(unix_ns: int) -> str:
     """Return a UNIX time [ns] as date and time."""
     return time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(unix_ns // 10**9))

@@ -1,5 +1,6 @@
 """Requests of the commands of one word about what was recorded: ``bigant show`` and others."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -21,6 +22,7 @@ TUNE = Path("tune")
 DEFAULT_PORT = 8765
 DEFAULT_RATE_HZ = 25.0
 RERUN_SUFFIX = ".rrd"
+CORES = min(os.cpu_count() or 1, 4)
 AGAIN, WALKING = "with --drive", "while it walks"  # headings in the help
 
 
@@ -42,6 +44,34 @@ class ShowRequest:
     )
     fps: float | None = option(
         "pictures a second of the video (default: 25; .gif 12.5)", "R", type=between(1, 60)
+    )
+
+
+@request("day.command:report_day", writes=True)
+class ReportRequest:
+    """``bigant report``: one page of a day's runs, for the lab's meeting.
+
+    A row for each log: gait, distance, slip, odometry, hottest servo, how it ended, and faults; the figures
+    over the runs; links to the pages of the runs. With --reference, earlier runs of the same robot, the
+    day's runs are diagnosed together: what is new since then? A log that cannot be read is listed with the
+    reason. Exit code 1: none could be read.
+    """
+
+    paths: tuple[Path, ...] = argument("LOG|FOLDER", nargs="+")
+    reference: tuple[Path, ...] = option(
+        "earlier runs to compare with, for example yesterday's; at least three say more",
+        "LOG|TRIAL|FOLDER",
+        nargs="+",
+        default=(),
+    )
+    out: Path | None = option("the page (default: report.html beside the runs)", "FILE.html")
+    pages: bool = flag("write the page of each run that has none (bigant show)")
+    json: bool = as_json("the rows as JSON; a page only with --out")
+    jobs: int = option(
+        "processes of the diagnosis (default: one a core, up to 4)",
+        "N",
+        default=CORES,
+        type=between(1, whole=True),
     )
 
 
