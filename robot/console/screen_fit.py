@@ -122,6 +122,11 @@ class Screen:
         self._out = terminal_of(out)
         self._before = CLEAR
 
+    @property
+    def columns(self) -> int:
+        """How wide the terminal is now."""
+        return terminal_size(self._out).columns
+
     def draw(self, title: str, body: Sequence[str], tail: Sequence[str]) -> None:
         """Draw one screen; the arguments are those of ``fitted``, but a long line of the tail is broken.
 

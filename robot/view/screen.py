@@ -6,6 +6,7 @@ of its own writes it, so a slow SSH link or Ctrl-S delays the picture and not th
 
 import queue
 import sys
+import textwrap
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -22,11 +23,15 @@ from model.values.tick import Mode, Tick
 from robot.console.screen_fit import Screen
 from robot.console.table import number_text
 from robot.control.effect_uses import TrueForces, with_true_forces
+from robot.view.narrow import narrow_lines
 
 SCREEN_PERIOD_S = 0.25
 LINE_PERIOD_NS = 1_000_000_000
 MOST_LINES = 1000
 CLOSE_S = 2.0  # for a terminal that takes nothing, after Ctrl-S for example
+FULL_COLUMNS, LEAST_COLUMNS = 80, 20
+MOST_FAULTS = 4
+FAULT = "fault"
 BOLD, RED, RESET = "\x1b[1m", "\x1b[31m", "\x1b[0m"
 
 
@@ -142,11 +147,12 @@ class ScreenView:
             return
         tick = with_true_forces(tick, self._true_forces, self._first_ns or 0)
         seconds = (tick.t_ns - (self._first_ns or 0)) * 1e-9
-        lines = screen_lines(tick, self._names, seconds, self._late, self._missed)
+        columns = self._screen.columns
+        draw = screen_lines if columns >= FULL_COLUMNS else narrow_lines
+        lines = draw(tick, self._names, seconds, self._late, self._missed)
+        faults = fault_lines(tick, columns)
         try:
-            self._screen.draw(
-                BOLD + self._title + RESET, lines, ["", *fault_lines(tick), "", self._help]
-            )
+            self._screen.draw(BOLD + self._title + RESET, lines, ["", *faults, "", self._help])
         except OSError:  # the terminal went away; the run goes on without a view
             self._done.set()
 
@@ -200,10 +206,14 @@ def _rows(
         yield f"{name:<{width}} " + "".join(cells)
 
 
-def fault_lines(tick: Tick) -> list[str]:
-    """Return the tick's first faults, or that there are none."""
-    faults = [f"{f.kind.name} {f.source}: {f.detail}" for f in tick.faults[:4]]
-    return [f"{RED}fault{RESET} {text}" for text in faults] or ["no faults"]
+def fault_lines(tick: Tick, columns: int = FULL_COLUMNS) -> list[str]:
+    """Return the tick's first faults, or that there are none; a long one goes on below itself."""
+    lines = []
+    for fault in tick.faults[:MOST_FAULTS]:
+        words = f"{FAULT} {fault.kind.name} {fault.source}: {fault.detail}"
+        first, *more = textwrap.wrap(words, max(LEAST_COLUMNS, columns), subsequent_indent="  ")
+        lines += [f"{RED}{FAULT}{RESET}{first.removeprefix(FAULT)}", *more]
+    return lines or ["no faults"]
 
 
 def _velocity_lines(tick: Tick) -> list[str]:

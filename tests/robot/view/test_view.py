@@ -14,6 +14,7 @@ from model.values.faults import Fault, FaultKind, StopReason
 from model.values.machine_names import one_joint_a_leg
 from model.values.tick import Mode, Tick
 from robot.console.screen_fit import ESCAPE, HOME
+from robot.view.narrow import narrow_lines
 from robot.view.screen import LineView, ScreenView, fault_lines, open_view, screen_lines
 from tests.record.ticks import NAMES, PERIOD_NS, make_tick
 
@@ -72,6 +73,43 @@ def test_faults_are_listed_and_their_absence_is_said() -> None:
 
 def test_no_line_is_wider_than_a_terminal() -> None:
     assert max(len(line) for line in screen_lines(make_tick(5), OWN, 1.0, 0, 0)) <= 80
+
+
+def test_a_phone_gets_the_same_in_40_columns() -> None:
+    tick = make_tick(6)
+    lines = narrow_lines(tick, OWN, 1234.5, 12_000_000, 3)
+    assert max(map(len, lines)) <= 40
+    assert len(lines) <= 22, "with its title and keys on a screen of 24 lines"
+    text = "\n".join(lines)
+    assert "1234.5 s" in text
+    assert "missed 3 periods" in text
+    for leg, name in enumerate(NAMES):
+        cells = next(line for line in lines if line.startswith(name)).split()
+        assert cells[1] == expected(tick.joints.angle_rad[leg], 2)
+        assert cells[3] == expected(tick.joints.temperature_c[leg], 0)
+        assert cells[4] == expected(tick.forces.force_n[leg, 2], 1)
+    assert re.search(r"^estimate +-?\d", text, re.MULTILINE)
+    none = replace(tick, estimate=None, stop_reason=StopReason.OPERATOR)
+    assert "stopping: OPERATOR" in narrow_lines(none, OWN, 1.0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("columns", "shape"), [(80, "angle rad"), (79, "leg    rad"), (40, "leg    rad")]
+)
+def test_the_width_of_the_terminal_chooses_the_screen(
+    columns: int, shape: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "get_terminal_size", lambda _fd: os.terminal_size((columns, 24)))
+    terminal = Terminal()
+    monkeypatch.setattr(terminal, "fileno", lambda: 1)
+    view = open_view(OWN, "BigANT", "Ctrl-C: stop", terminal)
+    fault = Fault(FaultKind.SERVO_SILENT, "HL", "no answer in any of the last twenty-five ticks")
+    view.show(replace(make_tick(6), faults=(fault,)))
+    view.close()
+    drawn = ESCAPE.sub("", terminal.getvalue()).replace("\r", "")
+    assert shape in drawn
+    assert max(map(len, drawn.splitlines())) <= columns
+    assert "twenty-five ticks" in " ".join(drawn.split()), "a fault is never cut"
 
 
 def test_a_terminal_gets_a_screen_and_anything_else_lines() -> None:
