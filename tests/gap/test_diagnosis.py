@@ -229,7 +229,7 @@ def test_one_trial_is_judged_by_its_own_end() -> None:
     d = diagnose(trial, Toy())
     assert [(c.effect, c.joints) for c in d.causes] == [("stiffness", ("c",))]
     assert d.far.shrink > 0.9
-    assert any("one trial a gait" in words for words in d.warnings)
+    assert any("only one run per gait" in words for words in d.warnings)
 
 
 def test_data_faults_come_first() -> None:
