@@ -179,7 +179,7 @@ def test_processes_give_what_one_process_gives() -> None:
 
 
 def test_one_run_says_what_its_errors_do_not_hold() -> None:
-    said = "+- covers within-run noise only"
+    said = "+- covers only within-run noise"
     alone = diagnose(toy_case([ONE["offset"]], seed=8)[:1], Toy())
     assert any(said in one for one in alone.warnings)
     assert not any(said in one for one in found([ONE["offset"]]).warnings)
