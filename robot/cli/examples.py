@@ -116,6 +116,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "view": (
         "bigant view --live",
+        "bigant view --live --browser",
         "bigant view --live --terminal",
         "bigant view runs/first_walk.mcap --save walk.rrd",
         "bigant view runs/first_walk.mcap --ros2 --speed 2 --prefix lab1",

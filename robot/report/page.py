@@ -19,6 +19,7 @@ LONG_WORD = re.compile(r"\S{8,}")
 BREAKS = re.compile(r"([_/]|\.(?=[a-z]))")
 PLOT, REPLAY = "<figure class='plot'>", "<figure class='replay'>"
 SWITCHES = "<div class='switches'>"
+LIVE = "id='live'"
 END = "</body></html>"
 LIBRARY = "<script class='library'>"
 
@@ -113,6 +114,11 @@ def render(template: str, **values: object) -> str:
     return page.replace(END, f"{_scripts(page)}{END}") if PLOT in page or REPLAY in page else page
 
 
+def live_page(title: str) -> str:
+    """Return the page of a run that goes on, whose server sends events; see ``robot.view.browser``."""
+    return render("live.html", title=title)
+
+
 def with_shared_library(page: str, file: str) -> str:
     """Return a page whose plots are drawn by a library in a file beside it, for folders of many pages."""
     if LIBRARY not in page:
@@ -135,7 +141,9 @@ def _scripts(page: str) -> str:
         scripts.append(f"{LIBRARY}{library()}</script>")
     names = ["moving.js"]
     names += [
-        name for name, mark in (("replay.js", REPLAY), ("switches.js", SWITCHES)) if mark in page
+        name
+        for name, mark in (("replay.js", REPLAY), ("switches.js", SWITCHES), ("live.js", LIVE))
+        if mark in page
     ]
     return "\n".join([*scripts, *(f"<script>{script(name)}</script>" for name in names), ""])
 

@@ -33,15 +33,28 @@ SAYS = (
 
 def replay_of(log: Recording) -> PagePicture | None:
     """Return the replay of a log; None where its robot file or its angles are not known."""
-    try:
-        parameters = parse_robot(log.config_text).parameters
-    except BigantError:
-        return None  # a log of another program's robot: there is nothing to draw
-    if parameters.legs.names != log.names or not np.isfinite(log.angle_rad).all(axis=1).any():
+    parameters = _drawn_robot(log)
+    if parameters is None:
         return None
     arrays = _arrays(log, parameters, kept_frames(log.t_s))
     text = json.dumps(_packed(arrays), separators=(",", ":"), allow_nan=False)
     return PagePicture(NAME, still_of(arrays), text, SAYS, kind="replay")
+
+
+def replay_frames(log: Recording, rows: IntArray) -> dict[str, Any] | None:
+    """Return some ticks of a log as ``templates/replay.js`` takes them; None where no robot is known."""
+    parameters = _drawn_robot(log)
+    return None if parameters is None else _packed(_arrays(log, parameters, rows))
+
+
+def _drawn_robot(log: Recording) -> RobotParameters | None:
+    """The robot of a log's own file, if its legs are those of the log and some angles are known."""
+    try:
+        parameters = parse_robot(log.config_text).parameters
+    except BigantError:
+        return None  # a log of another program's robot: there is nothing to draw
+    known = parameters.legs.names == log.names and np.isfinite(log.angle_rad).all(axis=1).any()
+    return parameters if known else None
 
 
 def kept_frames(t_s: FloatArray) -> IntArray:

@@ -226,6 +226,7 @@ class ViewRequest:
         "of a recorded log (default: 1)", "X", default=1.0, type=between(0.01, 1000)
     )
     terminal: bool = flag("in this terminal")
+    browser: bool = flag("in a web browser: robot in 3-D and numbers, without further packages")
     save: Path | None = option(
         "write what a viewer shows: .mcap for Foxglove and Lichtblick, .rrd for Rerun", "FILE"
     )

@@ -41,6 +41,10 @@ def watch(request: ViewRequest) -> ExitCode:
     written = request.save or request.layout or request.headless
     if request.prefix is not None and not request.ros2:
         raise ConfigError("--prefix", "is of ROS 2 topics; add --ros2")
+    if request.browser and (request.terminal or request.ros2 or written):
+        raise ConfigError(
+            "--browser", "serves a page and writes nothing; leave out the other options"
+        )
     if request.ros2:
         if request.terminal or written:
             raise ConfigError("--ros2", "only publishes; leave out the other options")
@@ -52,7 +56,7 @@ def watch(request: ViewRequest) -> ExitCode:
     if request.save is not None and request.save.suffix not in SAVED:
         raise ConfigError("--save", f"must end in .mcap or .rrd, not {request.save.name}")
     path = log_path(request.path, live=request.live)
-    if not request.terminal:
+    if not (request.terminal or request.browser):
         _check_packages(request)
     if request.save is not None and request.save.resolve() == path.resolve():
         raise ConfigError("--save", "would overwrite the log; choose another file")
@@ -76,7 +80,7 @@ def _check_packages(request: ViewRequest) -> None:
         raise ConfigError(
             "viewer",
             f"its package ({size}) is not installed; install it with: "
-            f"{how_to_install(extra)}, or use --terminal (see docs/view.md)",
+            f"{how_to_install(extra)}, or use --browser or --terminal (see docs/view.md)",
         )
 
 
@@ -114,6 +118,8 @@ def _present(
     ticks = chain((first,), ticks)
     if request.terminal:
         _in_terminal(path, ticks, contents.machine(first.tick))
+    elif request.browser:
+        _in_browser(path, ticks, contents, request, clock)
     else:
         _in_viewer(path, ticks, contents, request, clock)
     if contents.damage:
@@ -140,6 +146,28 @@ def _in_terminal(path: Path, ticks: Iterator[StampedTick], names: MachineNames) 
     try:
         for stamped in ticks:
             view.show(stamped.tick)
+    finally:
+        view.close()
+
+
+def _in_browser(
+    path: Path,
+    ticks: Iterator[StampedTick],
+    contents: LogContents,
+    request: ViewRequest,
+    clock: Clock,
+) -> None:
+    from robot.view.browser import BrowserView  # and with it what makes pages
+
+    view = BrowserView(str(path), contents, request.host, request.port)
+    try:
+        print(f"open {view.address} in a browser; Ctrl-C ends", flush=True)
+        while not (
+            request.live or view.hub.watched.is_set()
+        ):  # or the run is over before one looks
+            clock.sleep_until_ns(clock.now_ns() + POLL_NS)
+        for stamped in ticks:
+            view.show(stamped)
     finally:
         view.close()
 

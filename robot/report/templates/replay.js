@@ -121,6 +121,29 @@
       matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
     }
 
+    /* The time of the newest frame [s]. */
+    get newest() { return this.d.t[this.count - 1]; }
+
+    /* Frames that came later; of all, the last ones are kept. */
+    add(told, most) {
+      const more = unpack(told), drop = Math.max(0, this.count + more.t.length - most);
+      const count = this.count;
+      const joined = (own, other, rows) => {
+        const columns = rows ? own.length / rows : 0, out = new own.constructor(own.length + other.length);
+        out.set(own);
+        out.set(other, own.length);
+        return drop ? out.slice(drop * columns) : out;
+      };
+      for (const name of ["t", "place", "turn", "loaded", "points", "feet", "measured", "predicted"])
+        this.d[name] = joined(this.d[name], more[name], count);
+      const unknown = (rows) => new Float32Array(2 * rows).fill(NaN);
+      for (const name of new Set([...Object.keys(this.d.paths), ...Object.keys(more.paths)]))
+        this.d.paths[name] = joined(this.d.paths[name] || unknown(count), more.paths[name] || unknown(more.t.length), count);
+      this.count = this.d.t.length;
+      this.slider.min = this.d.t[0];
+      this.slider.max = this.newest;
+    }
+
     switch(parent, name, turn) {
       const button = document.createElement("button");
       button.type = "button";
@@ -322,5 +345,7 @@
     }
   }
 
-  for (const figure of document.querySelectorAll("figure.replay")) figure.replay = new Replay(figure);
+  bigant.Replay = Replay;
+  for (const figure of document.querySelectorAll("figure.replay"))
+    if (figure.querySelector("script").textContent) figure.replay = new Replay(figure);  // else live.js does
 })();
