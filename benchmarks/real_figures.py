@@ -19,7 +19,7 @@ GRAVITY = 9.80665
 def draw_arm(
     joints: Sequence[tuple[str, Sequence[float]]], decoys: Sequence[str], out: Path
 ) -> None:
-    """Draw by how much each explanation cuts the RMS on the motions kept back."""
+    """Draw by how much each explanation cuts the RMS on the held-out motions."""
     names = [*(f"{name.replace('+', ' + ')}" for name in decoys), "what was named"]
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9, 3.6), layout="constrained")
@@ -31,7 +31,7 @@ def draw_arm(
             ax.bar(at + (i - (len(names) - 1) / 2) * width, cuts, width, color=colour, label=name)
         ax.axhline(70, color="k", lw=0.8, ls="--")
         ax.set_xticks(at, [joint for joint, _ in joints])
-        ax.set_ylabel("RMS cut on motions kept back, %")
+        ax.set_ylabel("RMS cut on held-out motions, %")
         ax.set_ylim(0, 100)
         figure.legend(loc="outside upper center", ncols=4, fontsize=8)
         figure.savefig(out, dpi=110)

@@ -135,7 +135,7 @@ def arm(folder: Path, out: Path, pages: Path) -> None:
         )
         drawn.append((joint, [*cuts, cut]))
     put(pages / "so101.md", "diagnoses", table(
-        ("joint", "verdict", "named, what closes most first", "cannot be told from",
+        ("joint", "verdict", "named, largest share first", "indistinguishable from",
          "RMS before, mrad", "after", "cut"), rows))  # fmt: skip
     heads = ("joint", *(name.replace("+", " + ") for name in DECOYS), "what was named")
     put(pages / "so101.md", "decoys", table(heads, decoys))
@@ -148,8 +148,8 @@ def _credit(cause: Found | None) -> str:
         return "not named"
     (value,) = cause["parameters"].values()
     return (
-        f"{1e3 * value:.0f} ms, closes {cause['shrink']:.0%} of the energy "
-        f"(alone {cause['shrink_alone']:.0%}, last in {cause['shrink_last']:.0%})"
+        f"{1e3 * value:.0f} ms, explains {cause['shrink']:.0%} of the energy "
+        f"(alone {cause['shrink_alone']:.0%}, added last {cause['shrink_last']:.0%})"
     )
 
 

@@ -67,7 +67,7 @@ def by_gain(out: Path, name: str) -> str:
         "P gain",
         "verdict",
         "named",
-        "cannot be told from",
+        "indistinguishable from",
         "RMS before, rad",
         "after",
         "change",
@@ -81,7 +81,7 @@ def of_gain(trials: Path, gain: int) -> list[str]:
 
 
 def pairs(found: Found) -> str:
-    """Return what cannot be told from what."""
+    """Return what is indistinguishable from what."""
     return "; ".join(f"{a} from {b}" for a, b in found["ambiguous_with"]) or "-"
 
 

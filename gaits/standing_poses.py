@@ -88,7 +88,7 @@ class StandingPoses:
         return cycle, step, at - step
 
     def stance(self, phase: FloatArray | float) -> BoolArray:
-        """Return which legs are to be on the ground, (..., N); one on its way counts as lifted."""
+        """Return which legs are to be on the ground, (..., N); one that moves counts as lifted."""
         _, step, _ = self._place(phase)
         legs = np.arange(self.poses.shape[1])
         lifted = (self._in_air[step][..., None] == legs) | (

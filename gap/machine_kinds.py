@@ -1,7 +1,6 @@
 """Kinds of machines that can be diagnosed: plug-ins of the entry point group ``bigant.machines``.
 
-A kind is known by the name of its entry point, which is what ``kind`` says in a machine's file. What
-stands behind the name is a ``MachineKind``, or only a function that makes a ``Simulator`` of trials. The
+A kind is known by the name of its entry point, which is what ``kind`` says in a machine's file. The name refers to a ``MachineKind``, or only a function that makes a ``Simulator`` of trials. The
 machines that come with the program are registered in the same group and come in by no other door; a
 machine that is not installed is named as ``FILE.py:make``.
 """
@@ -44,7 +43,7 @@ Propose = Callable[[Sequence[Trial]], Sequence[Proposal]]
 
 @dataclass(frozen=True, slots=True)
 class MachineKind:
-    """What stands behind a name of ``bigant.machines``.
+    """What a name of ``bigant.machines`` refers to.
 
     Attributes:
         make: Makes the simulator of trials that all name one machine's file, with the same constants of the

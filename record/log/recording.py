@@ -41,7 +41,7 @@ class Stack(NamedTuple):
         path: Where it is in a tick.
         shape: Its shape; ``LEGS`` is the number of legs, ``JOINTS`` that of joints.
         change: What to make of it first; None where there is nothing.
-        absent: What stands for it where there is nothing.
+        absent: Its value if there is none.
         kind: Kind of the numbers.
     """
 

@@ -88,7 +88,7 @@ class HeaderForm:
 
 
 def _named(form: object, name: str) -> dict[str, str]:
-    """Return what stands in a name for each field of a form."""
+    """Return the part of a name for each field of a form."""
     if not isinstance(form, str):
         raise ConfigError(f"conditions.{FROM_NAME}", f"must be a text, not {form!r}")
     if not form:

@@ -34,7 +34,7 @@ class Devices(Protocol):
 
 
 class Robot(Devices, Protocol):
-    """A robot within reach: ``robot.run.rig.Rig``, or what stands in for it in virtual time."""
+    """A robot within reach: ``robot.run.rig.Rig``, or its substitute in virtual time."""
 
     @property
     def clock(self) -> Clock:

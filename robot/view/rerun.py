@@ -202,7 +202,7 @@ def layout(names: tuple[str, ...]) -> rrb.Blueprint:
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(
-                scene, rrb.TextLogView(name="News", contents=["/news"]), row_shares=[3, 1]
+                scene, rrb.TextLogView(name="Events", contents=["/news"]), row_shares=[3, 1]
             ),
             rrb.Vertical(
                 plot("Forward velocity [m/s]", *velocity),

@@ -120,7 +120,7 @@ def walk_through_bytes(
     """Walk through the virtual bus and force unit, with the whole controller, and return the trial.
 
     Args:
-        config: Robot file: what controller and safety gate believe.
+        config: Robot file: what controller and safety gate assume.
         twin: What walks.
         plan: How.
         log: Log that every tick goes to as well; it does not say what is wrong with the twin.
@@ -161,7 +161,7 @@ def walk_fast(
     Loop, model, watches, modes and safety gate are the robot's own: it stops where the robot would.
 
     Args:
-        config: Robot file: what controller and safety gate believe.
+        config: Robot file: what controller and safety gate assume.
         twin: What walks.
         plan: How.
         progress: Called with the share done, 0 to 1.

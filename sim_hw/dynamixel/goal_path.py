@@ -12,7 +12,7 @@ from sim_hw.plant.parameters import DriveParameters
 
 
 class GoalPath:
-    """Goals of all servos on their way to the control loops.
+    """Goals of all servos between bus and control loops.
 
     Args:
         drive: Delay, lag, speed limit, missed goals.

@@ -77,7 +77,7 @@ class LostRequest(RequestFault):
 
 @kind(REQUEST)
 class DamagedRequest(RequestFault):
-    """One bit of the request is inverted on its way."""
+    """One bit of the request is inverted on the wire."""
 
     bit: int = within(
         -1, -1, 32_767, "Which, from the lowest bit of the first byte; -1 draws one each time."

@@ -1,4 +1,4 @@
-"""The virtual IMU's lines of text on their way to the host: in memory, or on a pseudo-terminal."""
+"""The virtual IMU's lines of text to the host: in memory, or on a pseudo-terminal."""
 
 import contextlib
 import os

@@ -90,7 +90,7 @@ def changed(twin: Twin, place: str, value: object) -> Twin:
     Args:
         twin: The twin.
         place: Dotted name of the attribute, as in ``plant.drive.delay_s``.
-        value: What stands there instead.
+        value: The replacement.
     """
     owner, _, rest = place.partition(".")
     if not rest:
