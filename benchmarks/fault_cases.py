@@ -72,7 +72,7 @@ CASES = (
     Case("truncated_reply", "1 of 20 replies cut in half", "rate = 0.05", reported=SILENT),
     Case("duplicated_reply", "every reply twice"),
     Case("foreign_reply", "a foreign status before every reply"),
-    Case("echo", "every request heard again"),
+    Case("echo", "every request echoed"),
     Case(
         "silent_servo", "servo 3 silent for 30 ms", "servo = 3\nduration_s = 0.03", reported=SILENT
     ),

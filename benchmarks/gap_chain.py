@@ -69,7 +69,7 @@ def _processor_ms(action: Callable[[], object]) -> float:
 
 
 def _afresh(trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
-    """Predict with a chain that remembers nothing; the trial's inputs are laid on the grid anew too."""
+    """Predict with a chain that remembers nothing; the trial's inputs are laid on the grid again too."""
     return LeggedSimulator(machine()).predict(trial, causes, drive)
 
 

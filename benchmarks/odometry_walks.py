@@ -106,7 +106,7 @@ def walk_without_bytes(
 def check(gait: str, seed: int, cycles: float) -> list[str]:
     """Names of the arrays in which a walk without bytes differs from one with them.
 
-    What the loop predicted and estimated meanwhile is left out: judging does that anew.
+    What the loop predicted and estimated meanwhile is left out: judging does that again.
     """
     config = plant_config(seed)
     with TemporaryDirectory() as folder:

@@ -1,8 +1,9 @@
 """Kinds of machines that can be diagnosed: plug-ins of the entry point group ``bigant.machines``.
 
-A kind is known by the name of its entry point, which is what ``kind`` says in a machine's file. The name refers to a ``MachineKind``, or only a function that makes a ``Simulator`` of trials. The
-machines that come with the program are registered in the same group and come in by no other door; a
-machine that is not installed is named as ``FILE.py:make``.
+A kind is known by the name of its entry point, which is what ``kind`` says in a machine's file. The name
+refers to a ``MachineKind``, or only a function that makes a ``Simulator`` of trials. The machines that
+come with the program are registered in the same group and come in by no other door; a machine that is not
+installed is named as ``FILE.py:make``.
 """
 
 import runpy

@@ -71,7 +71,7 @@ def _compile(function: Function, fastmath: Any) -> Function:
                 cache=keep, error_model="numpy", boundscheck=False, fastmath=fastmath,
                 no_cfunc_wrapper=True,  # for calls from C, which nobody makes: a tenth of the time
             )(function)  # fmt: skip
-        except RuntimeError:  # nowhere to keep the machine code: it is made anew each time
+        except RuntimeError:  # nowhere to keep the machine code: it is made again each time
             if not keep:
                 raise
             keep = False

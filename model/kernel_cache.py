@@ -32,7 +32,7 @@ def kernel_folder() -> str:
 class KernelFiles:
     """Takes the place of numba's index and data files of one function.
 
-    What cannot be read, is damaged or belongs to other types is compiled anew; what cannot be written is
+    What cannot be read, is damaged or belongs to other types is compiled again; what cannot be written is
     compiled again by the next process (``bigant doctor`` reports it).
 
     Args:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.test_docs import FENCE, PAGES
-from tests.test_names import ROOT, SOURCES
+from tests.test_docs import FENCE, PAGES, ROOT, names
+from tests.test_names import FOLDERS
 
 # What is not written, as a pattern, and what is.
 PHRASES = {
@@ -18,7 +18,7 @@ PHRASES = {
     r"foretells?|foretold|lets? expect": "predict, expected",
     r"would tell\b": "the run that settles it",
     r"(?:near-)?equivalents?\b": "indistinguishable",
-    r"\brivals?\b": "alternative",
+    r"\brivals?\b(?!:)": "alternative",  # an attribute of that name stays
     r"what healthy (?:runs|robots) (?:lack|show already)|what stands\b": "baseline model errors",
     r"\bfloors? of (?:the )?noise\b|over the floor|of the floor\b(?! plan)": "baseline",
     r"\bcloses \d|closes? \{|of the gap (?:is )?closed": "explains",
@@ -44,39 +44,68 @@ PHRASES = {
     r"\bnews\b": "events, new",
     r"can be asked of": "what a run can show",
     r"in the place of": "instead of",
+    r"told (?:apart|from)\b": "distinguished",
+    r"cannot (?:be told|tell)\b": "indistinguishable, not determined",
+    r"put (?:it |that |this |what \w+ \w+ )?right\b": "correct, fix",
+    r"\banew\b": "again",
+    r"simulator as it stands\b": "unchanged",
 }
 PATTERNS = {re.compile(pattern, re.IGNORECASE): plain for pattern, plain in PHRASES.items()}
-# Justified: (end of the file's name, text of the hit).
-ALLOWED: frozenset[tuple[str, str]] = frozenset()
 
 
 def texts_of(path: Path) -> Iterator[tuple[int, str]]:
-    """What a person reads in a file: pages without their code, and literals and docstrings of a module."""
+    """What a person reads in a file, with its line: pages without code; literals of a module.
+
+    A literal without a space is a name (a key of JSON, a topic, a stage), not words.
+    """
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".md":
-        yield 1, FENCE.sub(lambda m: m[0] if not m[1] else "\n" * m[0].count("\n"), text)
+        yield 1, FENCE.sub(lambda block: "" if block[1] else block[0], text)
         return
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.JoinedStr):
-            pieces = [str(p.value) if isinstance(p, ast.Constant) else "{}" for p in node.values]
+            pieces = (str(p.value) if isinstance(p, ast.Constant) else "{}" for p in node.values)
             yield node.lineno, "".join(pieces)
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
             yield node.lineno, node.value
 
 
-def phrases_in(path: Path) -> Iterator[str]:
+def phrases_in(path: Path) -> list[str]:
     """Each phrase that is not plain, with its place and what is written instead."""
-    for line, text in texts_of(path):
-        for pattern, plain in PATTERNS.items():
-            for hit in pattern.finditer(re.sub(r"\s+", " ", text)):
-                if not any(path.as_posix().endswith(e) and hit[0] == t for e, t in ALLOWED):
-                    yield f"{path.relative_to(path.anchor)}:{line}: {hit[0]!r} -> {plain}"
+    return [
+        f"{path.name}:{line}: {hit[0]!r}, but {plain}"
+        for line, text in texts_of(path)
+        for pattern, plain in PATTERNS.items()
+        for hit in pattern.finditer(" ".join(text.split()))
+    ]
 
 
-def read_by_people() -> list[Path]:
-    return [*PAGES, *SOURCES]
-
-
-@pytest.mark.parametrize("path", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize("path", PAGES, ids=names)
 def test_a_page_is_in_plain_words(path: Path) -> None:
-    assert not list(phrases_in(path))
+    assert not phrases_in(path)
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_messages_and_docstrings_are_in_plain_words(folder: str) -> None:
+    assert not [hit for path in sorted((ROOT / folder).glob("*.py")) for hit in phrases_in(path)]
+
+
+def test_a_planted_phrase_is_found(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("# Title\n\nRuns kept\nback judge.\n```sh\necho kept back\n```\n", "utf-8")
+    assert phrases_in(page) == ["page.md:1: 'kept back', but held-out"]
+    module = tmp_path / "module.py"
+    module.write_text(
+        '"""What the robot believes."""\n\nKEY = "rivals"\nmended = 1\n'
+        'LINE = f"it closes {mended} of the gap"\n',
+        "utf-8",
+    )
+    assert phrases_in(module) == [
+        "module.py:1: 'believes', but use, trust",
+        "module.py:5: 'closes {', but explains",
+    ]
+
+
+@pytest.mark.parametrize("pattern", PATTERNS, ids=lambda pattern: pattern.pattern[:30])
+def test_plain_words_do_not_match(pattern: re.Pattern[str]) -> None:
+    assert not pattern.search(" / ".join(PHRASES.values()))

@@ -39,7 +39,7 @@ class ClockEstimate:
             ``DRIFT_SPAN_NS`` have been seen.
         jitter_ns: Mean delay beyond the shortest, over the last second.
         records: Records used since the last step.
-        steps: Times the unit's clock was set, or the unit started anew.
+        steps: Times the unit's clock was set, or the unit restarted.
         rollovers: Times the stamp wrapped.
     """
 
@@ -93,7 +93,7 @@ class DeviceClock:
         self._records += 1
 
     def restart(self) -> None:
-        """Forget everything: the unit has started anew."""
+        """Forget everything: the unit has restarted."""
         self.steps += 1
         self._begin()
 

@@ -21,7 +21,7 @@ Background = Callable[[Callable[[], None]], None]
 
 @dataclass(frozen=True, slots=True)
 class Repaired:
-    """A unit set up anew.
+    """A unit set up again.
 
     Attributes:
         console: The new console.
@@ -38,7 +38,7 @@ def in_thread(work: Callable[[], None]) -> None:
 
 
 class Repair:
-    """Attempts to set the unit up anew, one at a time.
+    """Attempts to set the unit up again, one at a time.
 
     Args:
         attempt: Does it, and may take its time; raises ``ForceStreamError`` when it fails.

@@ -1,4 +1,4 @@
-"""Sequence numbers of records: what is fresh, what is lost, what is a unit that started anew.
+"""Sequence numbers of records: what is fresh, what is lost, what is a unit that restarted.
 
 A record behind the newest one is late and never fresh. But a unit that was switched off and on counts from
 the beginning, which looks like late records for as long as it had counted: so when records keep coming in
@@ -10,11 +10,11 @@ import enum
 
 from drivers.ati.packets import U32
 
-# A jump of the sequence number further than this is a unit that started anew, or a damaged number.
+# A jump of the sequence number further than this is a unit that restarted, or a damaged number.
 RESTART_JUMP = 100_000
 # So many samples missing at once are accepted only when the next record agrees: four seconds at 250 Hz.
 LARGEST_GAP = 1000
-# So many records in order, behind the newest: the unit has started anew. A network delivers no such run.
+# So many records in order, behind the newest: the unit has restarted. A network delivers no such run.
 RESTART_RUN = 5
 
 

@@ -2,7 +2,7 @@
 
 The data path never waits. Losses, repeats and late records are counted by sequence number; a stream
 that falls silent is started again, with pauses that grow, while the loop goes on, and a unit that does
-not come back from that is set up anew beside the loop (``drivers.ati.repair``).
+not come back from that is set up again beside the loop (``drivers.ati.repair``).
 """
 
 from collections.abc import Callable
@@ -54,9 +54,9 @@ class StreamCounters:
         late: Records that came behind a newer one; dropped.
         malformed: Datagrams that were none.
         saturated: Samples of single transducers dropped because they were saturated.
-        unit_restarts: Times the unit's sequence numbers began anew.
+        unit_restarts: Times the unit's sequence numbers began again.
         restarts: Times the stream was started again.
-        repairs: Times the unit was set up anew.
+        repairs: Times the unit was set up again.
     """
 
     records: int = 0
@@ -244,7 +244,7 @@ class ForceStream:
 
     @property
     def repair_error(self) -> str:
-        """Why the last attempt to set the unit up anew failed; empty if none did."""
+        """Why the last attempt to set the unit up again failed; empty if none did."""
         return "" if self._repair is None else self._repair.last_error
 
     def take_faults(self) -> tuple[Fault, ...]:

@@ -71,7 +71,7 @@ class ServoBus:
         self._torque_on = False
         self._seen_ns: IntArray = np.full(len(self._ids), NEVER, dtype=np.int64)
         self._hardware_error: IntArray = np.full(len(self._ids), NEVER, dtype=np.int64)
-        # A servo that starts anew forgets its turns; positions are given and taken as if it had not.
+        # A servo that restarts forgets its turns; positions are given and taken as if it had not.
         self._lost_ticks: IntArray = np.zeros(len(self._ids), dtype=np.int64)
         self._goal_ticks: list[int] = []  # as sent last, in the servos' own count
         self._reads = 0
@@ -119,7 +119,7 @@ class ServoBus:
         """Open the port and find every servo. Writes nothing.
 
         Returns:
-            Who answered, and what should be put right.
+            Who answered, and what should be corrected.
 
         Raises:
             BusError: The port cannot be opened, or a servo is missing, of another kind or unusable.
@@ -193,7 +193,7 @@ class ServoBus:
         return shifted
 
     def note_restart(self, index: int, lost_ticks: int) -> None:
-        """Take note that a servo has started anew and is sound.
+        """Take note that a servo has restarted and is sound.
 
         Args:
             index: Leg index.
@@ -286,10 +286,10 @@ class ServoBus:
         self._send_goals(self._ids)
 
     def repeat_goals(self, without: int) -> None:
-        """Send the last goals again, so that watchdogs hear something while one servo is looked after.
+        """Send the last goals again, so that watchdogs get requests while one servo is looked after.
 
         Args:
-            without: Index of the leg that is left out: its servo starts anew or has no torque.
+            without: Index of the leg that is left out: its servo restarts or has no torque.
 
         Raises:
             BusError: They could not be sent.

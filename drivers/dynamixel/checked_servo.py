@@ -156,7 +156,7 @@ class CheckedServo:
             raise self._refused("did not set its turn counter back", answer, "present_position")
 
     def reboot(self) -> bool:
-        """Tell the servo to start anew; it is deaf for a moment then, and its torque is off.
+        """Tell the servo to restart; it is deaf for a moment then, and its torque is off.
 
         Returns:
             Whether it said that it will; False if no answer came.

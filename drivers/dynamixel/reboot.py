@@ -54,7 +54,7 @@ def reboot_servo(servo: CheckedServo, meanwhile: Callable[[], None] = lambda: No
 
     Args:
         servo: The servo.
-        meanwhile: Called again and again while it starts: what other servos must hear.
+        meanwhile: Called again and again while it starts: what other servos must receive.
 
     Raises:
         BusError: It does not answer, does not come back, or comes back with torque on.

@@ -1,11 +1,11 @@
-"""Bounded recovery of a servo that has shut itself down or started anew while the robot runs.
+"""Bounded recovery of a servo that has shut itself down or restarted while the robot runs.
 
 ``ServoRecovery`` finds out that a servo has lost its torque, keeps the cause, and may bring it back:
 reboot if an error is latched, torque on at the measured position, watchdog armed. It does so only where
 the policy allows it, and at most so many times in so long, because a servo that shuts down again and
 again protects itself from something real. Nothing here decides that the robot should go on.
 
-A servo that starts anew has lost its turns: the same shaft angle has another position afterwards.
+A servo that restarts has lost its turns: the same shaft angle has another position afterwards.
 ``Recovery.zero_shift_ticks`` says by how much; a goal computed without it would unwind those turns, so the
 bus is told, and gives and takes positions as if nothing had happened.
 """
@@ -43,7 +43,7 @@ class RecoveryPolicy:
         most: Recoveries of all servos together within ``window_s``; 0 forbids them.
         window_s: The time that ``most`` counts in [s].
         causes: Hardware errors that may be rebooted away, all bits of a cause must be among them.
-        after_restart: Whether a servo that lost power and started anew may be switched on again.
+        after_restart: Whether a servo that lost power and restarted may be switched on again.
     """
 
     most: int = 0
@@ -56,7 +56,7 @@ class IncidentKind(enum.Enum):
     """How a servo lost its torque."""
 
     SHUT_DOWN = "shut itself down"
-    RESTARTED = "started anew"
+    RESTARTED = "restarted"
     TORQUE_LOST = "lost its torque"
     TRIPPED = "received nothing for its watchdog's time and takes no goals"
 
@@ -231,7 +231,7 @@ class ServoRecovery:
     def recover(self, incident: Incident) -> Recovery:
         """Bring one servo back where it stands, if the policy allows it. Blocks while it restarts.
 
-        The others get their last goals again all the while: whether a watchdog hears requests to other
+        The others get their last goals again all the while: whether a watchdog counts requests to other
         ids is not known. The next look asks each of them all the same. A failed attempt counts; torque
         of that servo is off afterwards.
 

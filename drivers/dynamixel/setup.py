@@ -55,7 +55,7 @@ class BusReport:
 
     Attributes:
         servos: The servos, in leg order.
-        warnings: What should be put right, one sentence each.
+        warnings: What should be corrected, one sentence each.
     """
 
     servos: tuple[ServoIdentity, ...]

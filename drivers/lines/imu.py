@@ -64,7 +64,7 @@ def imu_line(record: ImuRecord, offset_ns: int) -> str:
 
 
 class ImuListener:
-    """Hears an IMU; never waits.
+    """Receives an IMU; never waits.
 
     Args:
         source: Where its lines come from.

@@ -59,7 +59,7 @@ def parse_pose(line: str, offset_ns: int) -> PoseRecord:
 
 
 class PoseListener:
-    """Hears poses on a UDP port; never waits.
+    """Receives poses on a UDP port; never waits.
 
     Args:
         port: Port; 0 takes a free one, see ``port``.

@@ -1,7 +1,7 @@
 """Listening in on the wires of both devices, below the drivers: bytes, direction, time.
 
 A read that waited in vain is noted as well, as no bytes: a replay has to know when a driver gave up. A
-tap only appends to a list, so it costs a microsecond a piece and changes nothing of what it hears.
+tap only appends to a list, so it costs a microsecond a piece and does not change the bytes.
 """
 
 from collections import deque
@@ -31,7 +31,7 @@ class WireTap:
         self._heard.append(heard)
 
     def take(self) -> tuple[WireBytes, ...]:
-        """Return what was heard since the last call, oldest first."""
+        """Return what was recorded since the last call, oldest first."""
         return tuple(self._heard.popleft() for _ in range(len(self._heard)))
 
 

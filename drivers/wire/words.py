@@ -37,7 +37,7 @@ def wire_words(piece: WireBytes) -> tuple[Words, ...]:
 
 
 def difference_words(recorded: WireBytes, sent: WireBytes) -> str:
-    """Return in words in what two pieces of traffic differ; empty if words cannot tell."""
+    """Return in words in what two pieces of traffic differ; empty if words cannot describe it."""
     if recorded.wire is not sent.wire:
         return f"recorded on {wire_name(recorded.wire)}, now on {wire_name(sent.wire)}"
     one, other = wire_words(recorded), wire_words(sent)

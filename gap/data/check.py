@@ -45,7 +45,7 @@ OPPOSITE, ALIKE, UNLIKE = -0.9, 0.9, 0.6
 DEGREES, TICKS = 180 / np.pi, 4096 / (2 * np.pi)
 UNITS = ((DEGREES, "degrees"), (TICKS, "encoder ticks"), (1 / (2 * np.pi), "turns"))
 COMMAND_UNITS = tuple((1 / factor, unit) for factor, unit in UNITS)
-# Quantities with a sign, and those that a machine reads anew with noise in every sample.
+# Quantities with a sign, and those that a machine reads again with noise in every sample.
 SIGNED = ("current_a", "torque_nm", "pwm", "force_n")
 ANGLES = ("command_rad", "shaft_rad", "body_angles_rad")
 NOISY = ("shaft_rad", "foot_m", "force_n", "body_position_m", "body_angles_rad", "current_a")

@@ -41,7 +41,7 @@ class Alone:
 
 @dataclass(frozen=True, eq=False)
 class _Squares(Misfit):
-    """Measured minus predicted end to end, on the scale of what the simulator as it stands leaves."""
+    """Measured minus predicted end to end, on the scale of what the unchanged simulator leaves."""
 
     parts: tuple[TrialPart, ...]
 

@@ -1,4 +1,4 @@
-"""Which candidates these runs cannot tell from the ones that were named."""
+"""Which candidates these runs cannot distinguish from the named ones."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace

@@ -86,7 +86,7 @@ def _cause(one: NamedCause) -> dict[str, Any]:
 
 
 def _pairs(d: Diagnosis) -> list[list[str]]:
-    """Pairs of effects that cannot be told apart; of one effect at two joints, both with their joint."""
+    """Pairs of effects that are indistinguishable; of one effect at two joints, both with their joint."""
     pairs = []
     for one in d.ambiguous:
         effect, joints = one.of

@@ -37,7 +37,7 @@ NEXT_FROM = 0.75
 
 
 def silent(words: str, share: float) -> None:
-    """Hear how far a diagnosis is, and show nothing."""
+    """Take the progress of a diagnosis, and show nothing."""
 
 
 def diagnose(

@@ -62,7 +62,7 @@ class Evidence(Misfit):
 
     @cached_property
     def base(self) -> FloatArray:
-        """Whitened residual of the simulator as it stands, (F, C)."""
+        """Whitened residual of the unchanged simulator, (F, C)."""
         return self.residuals([()])[0]
 
     def per_block(self, values: FloatArray) -> FloatArray:
@@ -99,7 +99,7 @@ class Evidence(Misfit):
         return out
 
     def _cost_of_none(self, before: FloatArray, whitener: Whitener) -> FloatArray:
-        """What is added to the error of the simulator as it stands where a candidate broke it, (F, C)."""
+        """What is added to the error of the unchanged simulator where a candidate broke it, (F, C)."""
         away = np.where(before >= whitener.expected, 1.0, -1.0)
         return np.asarray(away * NO_ANSWER * self.floor.sigma)
 

@@ -49,7 +49,7 @@ class Whitener:
 def make_whitener(part: TrialPart, floor: Floor, base: FloatArray) -> Whitener:
     """Make the map.
 
-    The simulator as it stands, ``base`` (F, C), is compared where it has an answer.
+    The unchanged simulator, ``base`` (F, C), is compared where it has an answer.
     """
     on = used(part.observation) & np.isfinite(base)
     weight = np.where(on, part.observation.weight, 0.0)

@@ -22,7 +22,7 @@ WHOLE_SEARCH = Search(pairs=True)
 IDLE = 1e-6  # of a parameter's spread
 # Energy over expectation, little more than that of healthy runs, below which old signatures are kept.
 NOTHING_LEFT = 1.2
-ANEW = 0.3  # share of the score that a law must have closed for all signatures to be made anew
+ANEW = 0.3  # share of the score that a law must have closed for all signatures to be made again
 
 
 def select(
@@ -38,7 +38,7 @@ def select(
     Args:
         evidence: What to fit to.
         candidates: All candidates.
-        signatures: Theirs, about the simulator as it stands.
+        signatures: Theirs, about the unchanged simulator.
         progress: Gets the share that is done.
         known: References and what the search finds in them; what helps them as much is nothing new.
         search: How far to look.

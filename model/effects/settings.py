@@ -1,7 +1,7 @@
 """What causes add to the chain: every effect's numbers, combined, under the effect's name.
 
 An effect that nothing names, or whose numbers are neutral, is not there at all: stages do not compute what
-it would do, so neutral is bit for bit the chain as it stands. Settings compare and hash by value, so that
+it would do, so neutral is bit for bit the unchanged chain. Settings compare and hash by value, so that
 stages can be remembered by them.
 """
 

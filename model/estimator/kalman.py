@@ -120,7 +120,7 @@ class Kalman:
         """Gate each block by its own normalised innovation, and use what passes at once.
 
         After a row of rejections a block is used again with as much more noise as brings it to its
-        gate: a filter that never hears its sensors again is worse than one that doubts them.
+        gate: a filter that never uses its sensors again is worse than one that doubts them.
 
         Args:
             mean: (n,).

@@ -1,6 +1,6 @@
 """The model at robots that differ from the file by its tolerances, compiled: what a wrong file would do.
 
-No noise that is drawn anew in every tick stands for a leg that is too long: its error comes back with each
+No noise that is drawn again in every tick stands for a leg that is too long: its error comes back with each
 stride, is large where feet come down and lift off, and adds up. So a few robots walk along beside the one
 of the file, each with one foot, the centre of mass or the slope of the ground off by a standard deviation,
 up or down. How far their answers lie apart is what tolerances do.

@@ -8,7 +8,7 @@ a frame, or Coulomb's law with the same tractions along and across w, in newtons
   mu is a convention.
 * w and -w are the same traction: w_x is taken positive (w_y if w_x is 0), a length along a given
   direction not negative.
-* A leg that always slips in one direction tells two of its three numbers: mu and w cannot be told apart.
+* A leg that always slips in one direction tells two of its three numbers: mu and w are indistinguishable.
 * Near w = 0 the traction does not change with w to first order. A w whose square is within two standard
   errors of 0 is reported as undetermined: the leg is isotropic as far as these data go.
 * Traction is only ever added along w (erratum E10): a wheel is a small mu with w across its rolling.
@@ -175,7 +175,7 @@ def fit_friction(
 
 
 def _isotropic(theta: FloatArray, known: Spread, legs: int, *, free: bool) -> BoolArray:
-    """Whose w cannot be told from 0, (P,) bool."""
+    """Whose w is indistinguishable from 0, (P,) bool."""
     lost = np.zeros(len(theta), dtype=bool)
     for at in np.arange(legs, len(theta)).reshape(legs, -1):
         # |w|^2, or log(1 + |w|^2)
@@ -211,12 +211,12 @@ def _warnings(
             warnings.append(f"leg {name} never slipped, so that its friction is not known")
         elif known.undetermined[leg]:
             warnings.append(
-                f"mu and w of leg {name} cannot be told apart: it slips too little, or always in "
+                f"mu and w of leg {name} are indistinguishable: it slips too little, or always in "
                 "one direction"
             )
         elif no_w[leg]:
             warnings.append(
-                f"the w of leg {name} cannot be told from 0: no more traction along it than across"
+                f"the w of leg {name} is indistinguishable from 0: no more traction along it than across"
             )
     return tuple(warnings)
 

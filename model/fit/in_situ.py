@@ -25,8 +25,9 @@ LEAST_RESOLUTION = 0.5
 # An arc of this length without a sample is worth a warning [rad].
 LONG_GAP_RAD = np.pi / 2
 SHARED = (
-    "all sensors: standing still cannot tell errors that all sensors share, seen from the body, except "
-    "in vertical force (a common scale of horizontal forces or of moments, say): 30 directions stay at zero"
+    "all sensors: standing still cannot distinguish errors that all sensors share, seen from the body, "
+    "except in vertical force (a common scale of horizontal forces or of moments, say): 30 directions "
+    "stay at zero"
 )
 
 
@@ -59,7 +60,7 @@ class InSituResult:
         stage_one: The same with offset and leg gravity.
         after: The same with the whole calibration.
         held_out: Number of standing poses left out for them.
-        warnings: What the data cannot tell, one sentence each.
+        warnings: What the data do not determine, one sentence each.
     """
 
     calibration: ForceCalibration

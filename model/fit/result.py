@@ -1,4 +1,4 @@
-"""A least-squares search, what a fit came to, how well, and what its data cannot tell.
+"""A least-squares search, what a fit came to, how well, and what its data do not determine.
 
 Errors are those of linearised least squares, variance (J^T J + P)^-1, with the variance of the residuals.
 They take every residual for independent: neighbouring frames of a log are not, so that on a log they are
@@ -41,7 +41,7 @@ class FitResult:
         residual_rms: Root mean square of the measured residuals, units as the fit says.
         frames_used: Frames that had a residual.
         left_out: Why frames (or single feet) were left out, and how many.
-        undetermined: Names of the parameters that the data cannot tell; their values are a
+        undetermined: Names of the parameters that the data do not determine; their values are a
             convention or an accident.
         warnings: One sentence for each thing that a reader must know.
         converged: Whether the search ended by itself.

@@ -28,6 +28,6 @@ def roll_pitch_yaw(turns: Rotation) -> FloatArray:
 
 
 def nose_vertical(turns: FloatArray) -> BoolArray:
-    """Tell where roll and yaw cannot be told apart, of matrices (T, 3, 3); False where one is NaN."""
+    """Tell where roll and yaw are indistinguishable, of matrices (T, 3, 3); False where one is NaN."""
     ahead: BoolArray = np.hypot(turns[:, 0, 0], turns[:, 1, 0]) < POLE_RAD
     return ahead

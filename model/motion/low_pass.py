@@ -24,7 +24,7 @@ FAINTEST = 1e-3
 def low_pass(signal: FloatArray, gamma: float) -> FloatArray:
     """Filter along the first axis, at rest at the first value.
 
-    A sample that is not finite has no answer and interrupts the filter, which begins anew after it.
+    A sample that is not finite has no answer and interrupts the filter, which begins again after it.
 
     Args:
         signal: (F,) or (F, C).

@@ -138,7 +138,7 @@ class SourceMemory:
     Sums fade with time.
 
     Attributes:
-        t_ns: When each was last heard, -1 for never, (S,).
+        t_ns: When each was last received, -1 for never, (S,).
         product: Of normalised innovations with those before them, (S,).
         normal: The same squared, (S,).
         last: Newest normalised innovation of each number that can be measured, NaN before the first.

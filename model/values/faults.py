@@ -44,7 +44,7 @@ class FaultKind(enum.Enum):
     LOG_WRITE = 14
     LINK_LOST = 15
     SERVO_STALLED = 16
-    SERVO_DOWN = 17  # a servo has lost its torque: shut down, or started anew
+    SERVO_DOWN = 17  # a servo has lost its torque: shut down, or restarted
     RECOVERING = 18  # the controller asks for a servo to be brought back
     SERVO_RECOVERED = 19  # it holds again where it stands
     RECOVERY_FAILED = 20

@@ -66,7 +66,7 @@ def merge_logs(paths: tuple[Path, ...], out: Path, progress: Pass | None = None)
     Args:
         paths: The logs, in any order.
         out: The file to write.
-        progress: Filled on the way, anew for each log.
+        progress: Filled on the way, again for each log.
 
     Raises:
         ConfigError: There is only one.

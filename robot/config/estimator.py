@@ -20,7 +20,7 @@ class EstimatorConfig:
         enabled: Whether it runs.
         memory: How late an absolute pose may be [s]. The ticks since then are done again within one, each
             for a fifth of a millisecond, so a long memory costs deadlines.
-        pose_port: UDP port on which absolute poses are heard; 0 listens to none.
+        pose_port: UDP port on which absolute poses are received; 0 for none.
         settings: Noise, gates and limits.
     """
 

@@ -22,7 +22,7 @@ class ImuConfig:
     """An IMU.
 
     Attributes:
-        udp_port: UDP port on which its lines are heard; 0 for none.
+        udp_port: UDP port on which its lines are received; 0 for none.
         port: Serial port of its lines, empty for none.
         baud_rate: Of that port.
         mounting: Roll, pitch and yaw that turn the body's axes into the IMU's [rad].

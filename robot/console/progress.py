@@ -124,7 +124,7 @@ LABEL = "compiling the model, first run only"
 
 
 class CompileLine:
-    """Hears of the compiler and shows how many functions are done; silent where nothing is compiled."""
+    """Is told by the compiler and shows how many functions are done; silent where nothing is compiled."""
 
     def __init__(self) -> None:
         self._line: StatusLine | None = None

@@ -92,7 +92,7 @@ class EstimatorStage:
             t_ns: Time of the tick.
             joints: Shafts; their speed is the servos' own, which is not late.
             forces: Newest foot forces.
-            poses: Absolute poses heard since the last tick. The first one ever says where the outside
+            poses: Absolute poses received since the last tick. The first one ever says where the outside
                 world lies in ours, so that the estimate does not jump.
             imu: Readings of the IMU since then; the newest fresh one counts.
         """

@@ -27,7 +27,7 @@ HOT_C = 80
 BUS = [
     "[servo_bus]",
     "baud_rate = 1000000",
-    "watchdog = 0.24                  # s: a servo that hears nothing for so long stops by itself",
+    "watchdog = 0.24                  # s: a servo without requests for so long stops by itself",
     "silent_limit = 5                 # reads in a row without an answer before the robot stops",
 ]
 LOOP = [

@@ -66,9 +66,11 @@ def drive(request: DriveRequest) -> ExitCode:
     Controller(config, (), armed=False)
     check_hardware(request)
     if request.virtual_time and (request.pose_udp or config.estimator.pose_port):
-        raise ConfigError("--pose-udp", "cannot be heard in virtual time; leave --virtual-time out")
+        raise ConfigError(
+            "--pose-udp", "cannot be received in virtual time; leave --virtual-time out"
+        )
     if request.virtual_time and request.imu not in {None, NO_UNIT}:
-        raise ConfigError("--imu", "cannot be heard in virtual time; leave --virtual-time out")
+        raise ConfigError("--imu", "cannot be received in virtual time; leave --virtual-time out")
     if request.rate_hz is not None and config.servo_bus.watchdog_s < 3 / request.rate_hz:
         raise ConfigError(
             "--rate-hz",

@@ -60,7 +60,7 @@ class TableReport(NamedTuple):
 
 
 def silent(share: float, name: str) -> None:
-    """Hear how far an import is, and show nothing."""
+    """Take the progress of an import, and show nothing."""
 
 
 def bring_in(request: ImportRequest) -> ExitCode:

@@ -62,7 +62,7 @@ class HungRobot:
         self._standing: VirtualRobot | None = None
 
     def put_down(self) -> None:
-        """Put it on the floor, powered up anew."""
+        """Put it on the floor, powered up again."""
         there, seed = self._there, self._settings.seed
         self._standing = build_virtual_robot(
             there.parameters, there.servo_bus, there.force_sensor, seed,

@@ -1,6 +1,6 @@
 """Opening a virtual robot: in memory under a virtual clock, or in real time in a process of its own.
 
-The loop cannot tell it from a real one (``robot.run.hardware``): each of these returns a ``Rig``.
+For the loop it is the same as a real one (``robot.run.hardware``): each of these returns a ``Rig``.
 """
 
 from collections.abc import Callable

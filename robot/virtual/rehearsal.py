@@ -16,7 +16,7 @@ Progress = Callable[[float], None]
 
 
 def silent(share: float) -> None:
-    """Hear how much is done, and show nothing."""
+    """Take the progress, and show nothing."""
 
 
 def rehearse(

@@ -71,7 +71,7 @@ class BusNeighbours(Protocol):
         ...
 
     def lose(self) -> None:
-        """Drop what was heard of a packet: somebody talked at the same time."""
+        """Drop the received part of a packet: another device sent at the same time."""
         ...
 
 
@@ -376,7 +376,7 @@ def split_frames(data: bytes) -> Iterator[tuple[bytes, int]]:
 
 
 def garbled(data: bytes) -> bytes:
-    """Return what is heard of bytes when two talk at once."""
+    """Return what is received when two devices send at once."""
     return bytes(byte ^ 0xAA for byte in data)
 
 

@@ -212,7 +212,7 @@ class FirmwareBank:
         return driven
 
     def restart(self, index: int, ticks: float) -> None:
-        """Begin anew at a position: torque switched on, mode changed, power came back."""
+        """Begin again at a position: torque switched on, mode changed, power came back."""
         for name in STATE:
             self.columns[name][index] = 0.0
         self.columns["trajectory"][index] = ticks

@@ -89,7 +89,7 @@ class OldServos:
         return tuple(self._tables)
 
     def lose(self) -> None:
-        """Drop what was heard of a packet: somebody talked at the same time."""
+        """Drop the received part of a packet: another device sent at the same time."""
         self._buffer.clear()
 
     def hear(self, data: bytes, t_ns: int, baud_rate: int) -> list[Reply]:

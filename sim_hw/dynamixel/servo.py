@@ -123,7 +123,7 @@ class VirtualServo:
     # Time.
 
     def heard_traffic(self, t_ns: int) -> None:
-        """An instruction packet came by: the watchdog starts anew."""
+        """An instruction packet came by: the watchdog restarts."""
         self._heard_ns = t_ns
 
     def check(self, t_ns: int) -> None:

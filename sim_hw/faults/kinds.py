@@ -72,7 +72,7 @@ class RequestFault(ChanceFault):
 
 @kind(REQUEST)
 class LostRequest(RequestFault):
-    """No servo hears the request."""
+    """No servo receives the request."""
 
 
 @kind(REQUEST)
@@ -150,7 +150,7 @@ class ForeignReply(ReplyFault):
 
 @kind("servo bus: what the host sends")
 class Echo(ChanceFault):
-    """The host hears its own request, as with an adapter that does not switch its receiver off."""
+    """The host receives its own request, as with an adapter that does not switch its receiver off."""
 
 
 # Servos, shafts and the cable.
@@ -158,7 +158,7 @@ class Echo(ChanceFault):
 
 @kind("servo: its receiver and transmitter")
 class SilentServo(ScenarioFault):
-    """A servo neither hears nor speaks; its motor goes on as it was told last."""
+    """A servo neither receives nor answers; its motor goes on as it was told last."""
 
     servo: int = needed(0, 252, "Its id.")
     # both were reported of MX servos

@@ -21,7 +21,7 @@ class DayScatter:
         com_m: Centre of mass along x and y [m].
         floor_mu: Relative, of all feet's friction together: dust, damp, another floor.
         length_m: Length of each leg [m].
-        zero_rad: Each crank against its encoder, as after homing anew [rad].
+        zero_rad: Each crank against its encoder, as after homing again [rad].
         force_zero_n: Zero of each axis of each transducer [N].
         legs: How many times as much at each leg, over and over.
     """

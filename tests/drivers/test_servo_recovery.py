@@ -145,7 +145,7 @@ def test_a_servo_that_started_anew_is_found_by_its_turns(allowed: bool) -> None:
         assert result.zero_shift_ticks == -2 * TURN
         assert register(bench, "torque_enable") == 1
     else:
-        assert result.reason == "recovery of a servo that started anew is not allowed"
+        assert result.reason == "recovery of a servo that restarted is not allowed"
         assert register(bench, "torque_enable") == 0
 
 

@@ -60,7 +60,7 @@ def make_observation(inputs: LeggedInputs, load_n: FloatArray, length_m: float) 
 
     Args:
         inputs: Measured data on the working grid.
-        load_n: Loads that the simulator as it stands predicts, (W, N); they tell contact switches.
+        load_n: Loads that the unchanged simulator predicts, (W, N); they tell contact switches.
         length_m: From the middle of the machine to its farthest foot.
     """
     grid = inputs.grid

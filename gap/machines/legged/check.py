@@ -26,7 +26,7 @@ AXES = "xyz"
 def check_legged(
     inputs: LeggedInputs, walk: SensorSignals, weight_n: float
 ) -> tuple[DataFault, ...]:
-    """Compare measured streams with what the simulator as it stands reads from measured shafts."""
+    """Compare measured streams with what the unchanged simulator reads from measured shafts."""
     axes = tuple(faults_of("force", _forces(inputs, weight_n)))
     swapped = any(fault.kind == "swapped" for fault in axes)
     return (

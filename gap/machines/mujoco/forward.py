@@ -23,7 +23,7 @@ from gap.machines.mujoco.settings import RigidSettings, WorldNumbers
 from model.errors import GapError
 from model.values.arrays import BoolArray, FloatArray, IntArray
 
-# A run fed what was measured begins anew after so long: many times a loop's own memory, so that where a
+# A run fed what was measured begins again after so long: many times a loop's own memory, so that where a
 # joint comes to rest counts, and not how it began.
 SEGMENT_S = 1.0
 MOST_S = 16.0  # of a trial, that is simulated in segments; they lie evenly over a longer one

@@ -148,7 +148,7 @@ class MjcfMachine:
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
         """Return what the channels would read with these causes added, (F, C).
 
-        Fed what was measured, joints begin anew from the measured state every second.
+        Fed what was measured, joints begin again from the measured state every second.
 
         Raises:
             GapError: A cause is not of the catalogue, its joints or values do not fit, or the machine as
@@ -184,7 +184,7 @@ class MjcfMachine:
         return frames_of(trial, commanded=self.parts.drive.forward)
 
     def _command(self, frames: Frames) -> FloatArray:
-        """Commands as they stood at each frame; what an angle is told from."""
+        """Commands as they stood at each frame; what an angle is measured from."""
         if self._forward is None:
             return np.zeros((frames.count, len(self.joints)))
         row = np.searchsorted(frames.command_s, frames.time_s + 1e-9, side="right") - 1
@@ -247,7 +247,7 @@ class MjcfMachine:
         return np.append(target, target[-1])
 
     def _stamped(self, angle: FloatArray, speed: FloatArray, one: ForwardRequest) -> FloatArray:
-        """Angles as they are stamped; within segments by their speed, because each begins anew."""
+        """Angles as they are stamped; within segments by their speed, because each begins again."""
         world, time_s = one.settings.world, one.frames.time_s
         late_s = world.clock_ratio * time_s - world.stamp_delay_s - time_s
         if not late_s.any():

@@ -48,7 +48,7 @@ class Run:
 
 
 class RolloutPool:
-    """Runs rollouts on threads that are started when they are first needed, anew in a forked process."""
+    """Runs rollouts on threads that are started when they are first needed, again in a forked process."""
 
     def __init__(self, model: Any, threads: int = THREADS) -> None:
         self._model, self._threads = model, threads
@@ -94,7 +94,7 @@ class RolloutPool:
         return np.asarray(reached.reshape(len(runs), segments, *reached.shape[1:]))
 
     def _by_frames(self, runs: Sequence[Run], every: int) -> FloatArray:
-        """Friction that follows load or speed is set anew in every frame."""
+        """Friction that follows load or speed is set again in every frame."""
         (segments, nq), nv = runs[0].qpos.shape, runs[0].qvel.shape[1]
         owners = [(run, segment) for run in runs for segment in range(segments)]
         models = [copy.copy(run.model) for run, _ in owners]

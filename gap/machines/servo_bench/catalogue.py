@@ -168,7 +168,7 @@ MOTOR_CONSTANTS = ("supply_voltage", "torque_constant", "winding_resistance")
 
 
 def with_alike(effect: BenchEffect, logged: frozenset[str]) -> BenchEffect:
-    """Return an effect with those that it cannot be told from, as far as the loop was logged.
+    """Return an effect with those that it is indistinguishable from, as far as the loop was logged.
 
     The shaft sees gain, voltage, torque constant and resistance as one product; the duty parts the gain
     from the motor, the current the voltage from the winding.

@@ -126,7 +126,7 @@ class FirstDay:
             if outcome.verdict is CheckVerdict.FAIL:
                 code = ExitCode.VERDICT_FAILED
                 print(
-                    f"step {step.number} failed: put it right, then start again; it is repeated first"
+                    f"step {step.number} failed: correct it, then start again; it is repeated first"
                 )
                 break
         print(f"\npage: {self._folder / PAGE_FILE}   measured: {self._folder / FACTS_FILE}")
@@ -202,7 +202,7 @@ class FirstDay:
                 ended(ABORTED)
                 raise
             except BigantError as error:
-                day.note(failed("step", str(error), "put it right and repeat this step"))
+                day.note(failed("step", str(error), "correct it and repeat this step"))
                 return ended(ABORTED)
             except KeyboardInterrupt:
                 day.note(failed("step", "interrupted", "repeat this step"))

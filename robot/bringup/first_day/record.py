@@ -131,7 +131,7 @@ def save(record: Record, folder: Path) -> None:
 
 
 def rewrite(path: Path, text: str) -> None:
-    """Write a file of the day anew; what it said before is in it as well.
+    """Write a file of the day again; what it said before is in it as well.
 
     Raises:
         RecordError: It cannot be written.

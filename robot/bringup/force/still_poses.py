@@ -86,7 +86,7 @@ def read_pose_logs(
         if units is None:
             raise RecordError(
                 f"{path}: the log does not say what its force counts mean (it is older than that): "
-                "record anew"
+                "record again"
             )
         serials = tuple("" if unit is None else unit.serial for unit in units)
         if logs and (legs, serials) != (logs[-1].legs, logs[-1].serials):

@@ -112,7 +112,7 @@ def stream_lines(shot: Snapshot) -> list[str]:
     lines = [
         f"packets {shot.rate_hz:.1f} /s   records {c.records}   lost {c.missing}   "
         f"duplicate {c.duplicate}   late {c.late}   malformed {c.malformed}   "
-        f"saturated {c.saturated}   restarts {c.restarts}   set up anew {c.repairs}"
+        f"saturated {c.saturated}   restarts {c.restarts}   set up again {c.repairs}"
     ]
     if shot.record is not None:
         leds = "   ".join(f"{n} {unit_led(shot.record.status, at)}" for n, at in UNIT_LEDS)

@@ -40,12 +40,12 @@ def passed(name: str, found: str) -> Finding:
 
 
 def warned(name: str, found: str, advice: str) -> Finding:
-    """Return a check whose result should be put right."""
+    """Return a check whose result should be corrected."""
     return Finding(name, CheckVerdict.WARN, found, advice)
 
 
 def failed(name: str, found: str, advice: str) -> Finding:
-    """Return a check whose result has to be put right before the robot walks."""
+    """Return a check whose result has to be corrected before the robot walks."""
     return Finding(name, CheckVerdict.FAIL, found, advice)
 
 

@@ -154,7 +154,7 @@ def load_backup(path: Path) -> Backup:
     with reading(path, "the backup") as text:
         top = parse_table(text, "servo backup")
         if not top.has("kind") or (top.raw("kind"), top.raw("version")) != (KIND, VERSION):
-            raise ConfigError("kind", "is no servo backup of this version; make one anew")
+            raise ConfigError("kind", "is no servo backup of this version; make one again")
         date, port = top.text("date"), top.text("port")
         servos = [_servo(table) for table in top.tables("servo")]
         top.done()

@@ -303,7 +303,7 @@ def test_the_screen_of_watch_fits_its_terminal(monkeypatch: pytest.MonkeyPatch) 
     text = " ".join(" ".join(lines).split())
     for words in (
         "lost 2",
-        "set up anew 0",
+        "set up again 0",
         "(no unit known)",
         "drift not known yet",
         "rollovers 0",

@@ -130,7 +130,7 @@ def test_a_servo_that_started_anew_is_taken_up_where_it_stands() -> None:
         or Mode.ARMED in (done.modes[2:])
     )
     down_s, words = done.first(FaultKind.SERVO_DOWN)
-    assert "HR (id 4) started anew" in words
+    assert "HR (id 4) restarted" in words
     back_s, _ = done.first(FaultKind.SERVO_RECOVERED)
     assert 0 < back_s - down_s < 2.0
     after = [t for t in done.ticks if t.mode in {Mode.START, Mode.WALK} and t.joints.valid[3]]
