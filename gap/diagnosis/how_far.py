@@ -90,7 +90,7 @@ class HowFar:
         traces: The channels that changed most.
         sets: Sets of causes that were predicted, each as its causes' numbers in order; none and all among
             them. Of up to four causes, every set.
-        rms: RMS over all channels in units of the floor with each of these sets.
+        rms: RMS over all channels in units of the baseline with each of these sets.
     """
 
     before: float

@@ -159,9 +159,9 @@ def _card(one: NamedCause) -> dict[str, object]:
         "physics": one.physics,
         "remedy": one.remedy,
         "evidence": (
-            f"Stage {one.stage}. Closes {percent_words(one.shrink)} of the gap (by itself "
+            f"Stage {one.stage}. Explains {percent_words(one.shrink)} of the gap (by itself "
             f"{percent_words(one.alone)}, on top of the others {percent_words(one.last)}; energy above the "
-            f"floor); predicts held-out blocks better by {one.nats:.0f} ± {one.nats_error:.0f} nats."
+            f"baseline); predicts held-out blocks better by {one.nats:.0f} ± {one.nats_error:.0f} nats."
         ),
     }
 

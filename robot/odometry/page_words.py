@@ -22,7 +22,7 @@ NIS_BAND = """The band is that of errors that differ from tick to tick; errors t
 more often, even if their size is right."""
 NO_MEASUREMENT = """No measurement was used: the estimate rests on shafts and model alone, and nothing can
 contradict it."""
-REJECTED = """too far from what the filter expected (beyond the gate), so it did not believe them. A few are
+REJECTED = """too far from what the filter expected (beyond the gate), so it rejected them. A few are
 normal; many of one leg point to its sensor, its zero, or the ground under it."""
 NOTHING_REJECTED = "Nothing: every measurement was near enough to what the filter expected."
 NOTHING_TO_REJECT = "Nothing: there was no measurement that could have been."
@@ -30,7 +30,9 @@ NO_FORCES = "No foot forces were measured, so the predicted ones cannot be judge
 AXES = "x ahead, y to the left, z up. Where the lines part, the model of that foot is wrong."
 LEGS = """What the estimator has learned of each leg; the shade is one standard deviation to either side. A
 foot tells of its friction only while it slips, and of its stiffness only where forces are measured."""
-OVERCONFIDENT = "In good health all the time by its own report, yet farther off than it believes"
+OVERCONFIDENT = (
+    "In good health all the time by its own report, but with a larger error than it claims"
+)
 NO_TRUTH = "This log has no ground truth, so nothing here is judged by one."
 IMPORT_TRUTH = """This log has no ground truth, so no errors can be shown. Import the true poses with the
 run: body_x_m, body_y_m and an orientation."""
@@ -48,6 +50,6 @@ MEANINGS = (
     ("NIS", "innovation squared, in units of the variance that the filter expects; over its numbers, 1 is "
      "ideal"),
     ("NEES", "the same of the estimate's error against the ground truth; of three numbers, 3 is ideal"),
-    ("gate", "the bound on an innovation beyond which the filter does not believe the sensor"),
+    ("gate", "the bound on an innovation beyond which the filter rejects the measurement"),
     ("mu, K", "friction coefficient and vertical stiffness of a leg"),
 )  # fmt: skip

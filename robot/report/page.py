@@ -120,7 +120,7 @@ def live_page(title: str) -> str:
 
 
 def with_shared_library(page: str, file: str) -> str:
-    """Return a page whose plots are drawn by a library in a file beside it, for folders of many pages."""
+    """Return a page whose plots are drawn by a library in a separate file, for folders of many pages."""
     if LIBRARY not in page:
         return page
     before, rest = page.split(LIBRARY, 1)

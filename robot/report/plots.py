@@ -121,7 +121,7 @@ def _velocity(log: Recording) -> Figure:
 
 def _velocity_difference(ax: Axes, log: Recording, labels: tuple[str, ...]) -> None:
     error = (log.predicted_velocity_B - true_velocity(log)) * 1e3
-    ax.set(xlabel="time [s]", ylabel="predicted\nless true")
+    ax.set(xlabel="time [s]", ylabel="predicted\nminus true")
     if not log.has_truth:
         ax.text(0.5, 0.5, "no truth in this log", transform=ax.transAxes, ha="center", va="center")
         return

@@ -54,7 +54,7 @@ def test_every_curve_span_and_mark_of_the_velocity_is_named(walk: Recording) -> 
 def test_the_difference_has_units(walk: Recording) -> None:
     difference = axes_of(walk, "Body velocity")[3]
     assert named(difference) == ["vx [mm/s]", "vy [mm/s]", "yaw rate [mrad/s]"]
-    assert difference.get_ylabel() == "predicted\nless true"
+    assert difference.get_ylabel() == "predicted\nminus true"
 
 
 def test_what_is_predicted_beside_the_walk_is_in_the_frame(walk: Recording) -> None:
