@@ -104,7 +104,7 @@ def _motion(
 ) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]]:
     """Place (F, 3), attitude (F, 4) of the body, and each path seen from above, (F, 2), by name.
 
-    Ground ground truth if available, then the estimator, then dead reckoning.
+    Ground truth if available, then the estimator, then dead reckoning.
     """
     reckoned = aligned_to_truth(log, log.dead_reckoning_pose)[rows]
     estimated = aligned_to_truth(log, log.estimate_pose)[rows]
