@@ -63,7 +63,7 @@ def gap_of_day(
 
     Args:
         runs: Of the day.
-        references: Earlier runs of the same robot, believed healthy.
+        references: Earlier runs of the same robot, assumed healthy.
         jobs: Processes.
         progress: Gets what is being done, and the share of the whole that is done.
     """
