@@ -71,7 +71,7 @@ docs-assets: figures ## draw all figures, run the commands whose output README.m
 	$(BIN)/python docs/write_model_page.py
 	$(BIN)/python docs/draw_walk.py
 	$(BIN)/python docs/draw_viewer.py
-	$(BIN)/python docs/draw_odometry_page.py
+	$(BIN)/python docs/draw_pages.py
 
 docs: install ## write docs/reference/ from the parser and the docstrings, and the pages of all modules in site/
 	$(BIN)/python docs/write_cli_reference.py

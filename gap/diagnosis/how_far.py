@@ -140,7 +140,7 @@ def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
         last=tuple(last),
         worse=tuple(_clearly_more(after - one, weight) for one in rest),
         channels=_channels(held, before, after, weight, seed),
-        traces=_traces(held, predicted, sets, before, after),
+        traces=_traces(held, predicted, sets, _most_changed(before, after, rest)),
         sets=sets,
         rms=tuple(float(np.sqrt(_mean(energy[one], weight))) for one in sets),
     )
@@ -252,17 +252,31 @@ def _rms_range(energy: FloatArray, weight: FloatArray, seed: int) -> tuple[float
     return float(low), float(high)
 
 
+def _most_changed(before: FloatArray, after: FloatArray, rest: Sequence[FloatArray]) -> list[int]:
+    """Numbers of the channels that all causes change most, and of the one that each changes most.
+
+    Energies without causes, with all, and with all but each, (B, C). Where none changed, the channels that
+    differ most.
+    """
+    change = np.abs(before.sum(axis=0) - after.sum(axis=0))
+    changed = bool(change.any())
+    order: list[int] = np.argsort(
+        -(change if changed else before.sum(axis=0)), kind="stable"
+    ).tolist()
+    if not changed:
+        return order[:TRACES]
+    own = [int(np.argmax(np.abs((one - after).sum(axis=0)))) for one in rest]
+    return list(dict.fromkeys([order[0], *own, *order]))[: max(TRACES, 1 + len(rest))]
+
+
 def _traces(
     held: Evidence,
     predicted: Sequence[Sequence[FloatArray]],
     sets: Sequence[tuple[int, ...]],
-    before: FloatArray,
-    after: FloatArray,
+    order: Sequence[int],
 ) -> tuple[Trace, ...]:
-    """The channels of the first part that changed most; that differ most, if none changed."""
+    """Channels of the first part, by their numbers."""
     channels = held.simulator.channels
-    change = np.abs(before.sum(axis=0) - after.sum(axis=0))
-    order = np.argsort(-change if change.any() else -before.sum(axis=0), kind="stable")[:TRACES]
     part, whitener = held.parts[0], held.whiteners[0]
     rows = slice(None, None, max(1, part.frames // TRACE_POINTS))
     each = np.stack([one[0][rows] for one in predicted])

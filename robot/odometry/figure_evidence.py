@@ -159,8 +159,14 @@ def rejection_figure(rejected: Sequence[Rejected], t_s: FloatArray) -> Figure:
 
 
 def _bars(ax: Axes, times_s: FloatArray, row: int, colour: str, least_s: float) -> None:
-    """Periods as bars of a row, none of them too short to be seen."""
-    spans = [(begin, max(end - begin, least_s)) for begin, end in times_s]
+    """Periods as bars of a row, none of them too short to be seen; those that then touch are one bar."""
+    bars: list[list[float]] = []
+    for begin, end in times_s:
+        if bars and begin <= bars[-1][1]:
+            bars[-1][1] = max(bars[-1][1], end, begin + least_s)
+        else:
+            bars.append([begin, max(end, begin + least_s)])
+    spans = [(begin, end - begin) for begin, end in bars]
     ax.broken_barh(spans, (row - 0.38, 0.76), facecolors=colour, lw=0)
 
 

@@ -20,7 +20,6 @@ from bokeh.models import (
     SaveTool,
     WheelZoomTool,
 )
-from bokeh.models.annotations import Span
 from bokeh.plotting import figure as BokehPlot  # noqa: N812 - a class with a small name
 from bokeh.resources import Resources
 from matplotlib.axes import Axes
@@ -34,8 +33,8 @@ from matplotlib.ticker import FixedLocator
 from robot.report.plot_marks import DASHES, add_mark, drawn_in, range_of
 
 PX_PER_IN = 72.0
-AXIS_PX = 46  # what labels take of a plot's height
-LEAST_PX, LEAST_ALONE_PX = 110, 230  # of one panel among others, and of a figure's only one
+AXIS_PX, TITLE_PX = 40, 22  # what labels below a panel and its title take
+LEAST_PX, LEAST_ALONE_PX = 80, 200  # height of one panel among others, and of a figure's only one
 EDGE_PX = 64  # left of the axes: panels one below the other begin at one place
 COLOUR_BAR = "<colorbar>"  # matplotlib's label of its axes
 PLANE = re.compile(r"[xyz] \[")  # the label of an axis in space
@@ -118,7 +117,6 @@ def _panel(ax: Axes, marks: Sequence[Mark]) -> dict[str, Any]:
     for artist in drawn_in(ax):
         names.append(_name(artist, marks))
         add_mark(plot, ax, artist, names[-1])
-    plot.add_layout(Span(dimension="height", location=0, visible=False, name="cursor"))
     (left, right), (low, high), box = ax.get_xlim(), ax.get_ylim(), ax.get_window_extent()
     in_plane = PLANE.match(ax.get_xlabel()) and PLANE.match(ax.get_ylabel())
     stretch = (box.height / abs(high - low)) / (box.width / abs(right - left))
@@ -148,9 +146,11 @@ def _empty_plot(ax: Axes) -> BokehPlot:
     named = isinstance(
         ax.yaxis.get_major_locator(), FixedLocator
     )  # rows with names: as high as they need
+    labelled = bool(ax.xaxis.get_tick_params()["labelbottom"])
     least_px = LEAST_PX if rows > 1 or named else LEAST_ALONE_PX
+    around_px = (AXIS_PX if labelled else 0) + (TITLE_PX if title else 0)
     plot = BokehPlot(
-        height=max(least_px, round(height_in * PX_PER_IN) + AXIS_PX), sizing_mode="stretch_width",
+        height=max(least_px, round(height_in * PX_PER_IN)) + around_px, sizing_mode="stretch_width",
         x_range=range_of(ax.get_xlim()), y_range=range_of(ax.get_ylim()),
         x_axis_type=_scale(ax.get_xscale()), y_axis_type=_scale(ax.get_yscale()),
         x_axis_label=ax.get_xlabel() or None, y_axis_label=ax.get_ylabel() or None,
@@ -167,7 +167,7 @@ def _empty_plot(ax: Axes) -> BokehPlot:
         axis.axis_label_text_font_style = "normal"
         axis.axis_label_text_font_size = axis.major_label_text_font_size = "12px"
         axis.minor_tick_line_color = None
-    plot.xaxis.visible = bool(ax.xaxis.get_tick_params()["labelbottom"])
+    plot.xaxis.visible = labelled
     if named:
         ticks = [float(at) for at in np.asarray(ax.yaxis.get_major_locator()())]
         names = ax.yaxis.get_major_formatter().format_ticks(ticks)

@@ -36,7 +36,7 @@ def write_report(
     rows: Sequence[tuple[str, str]],
     figures: Mapping[str, Figure],
 ) -> tuple[Path, ...]:
-    """Write a table with pictures as a page, or the pictures alone as PNGs; return the files.
+    """Write pictures with a table below them as a page, or the pictures alone as PNGs; return the files.
 
     Args:
         out: .html, or .png: each picture then becomes a file of its own, NAME-TITLE.png.
@@ -49,7 +49,7 @@ def write_report(
         RecordError: A file cannot be written.
     """
     if out.suffix != ".png":
-        write_text(out, report_page(title, note, [Section("", rows), *pictures(figures)]))
+        write_text(out, report_page(title, note, [*pictures(figures), Section("Numbers", rows)]))
         return (out,)
     return save_pictures(out, figures)
 

@@ -20,14 +20,21 @@ from robot.report.ground_truth import aligned_to_truth
 from robot.report.packed import packed_floats, packed_text, packed_whole
 from robot.report.page import PagePicture
 from robot.report.replay_still import still_of
-from robot.report.scene import LEAST_FORCE_N, METRES_PER_NEWTON, body_of, leg_links
+from robot.report.scene import (
+    FULL_SLIP_M_S,
+    LEAST_FORCE_N,
+    METRES_PER_NEWTON,
+    SHOWN_SLIP_M_S,
+    body_of,
+    leg_links,
+)
 
 MOST_FRAMES = 2400
 LEAST_STEP_S = 0.04  # 25 frames a second
 NAME = "Replay"
 SAYS = (
-    "Blue arrows are measured foot forces, orange ones those that the model predicts. A foot that slips "
-    "leaves a pink streak. Squares of the ground are 0.1 m wide."
+    "Blue arrows are measured foot forces, orange ones those that the model predicts. The path of a foot "
+    "on the ground is grey where it holds and red where it slips. Squares of the ground are 0.1 m wide."
 )
 
 
@@ -78,7 +85,7 @@ def _arrays(log: Recording, parameters: RobotParameters, rows: IntArray) -> dict
             strips.append([leg, sum(one.shape[1] for one in points), link.points.shape[1]])
             points.append(link.points)
     body = body_of(parameters)
-    loaded: BoolArray = np.asarray(np.isfinite(log.predicted_slip_B[rows, :, 0]))
+    loaded, slip = _slip(log, rows)
     place, turn, paths = _motion(log, rows, feet, loaded)
     return {
         "names": list(log.names),
@@ -90,6 +97,8 @@ def _arrays(log: Recording, parameters: RobotParameters, rows: IntArray) -> dict
         "points": np.where(known[:, None, None], np.concatenate(points, axis=1), np.nan),
         "feet": np.where(known[:, None, None], feet, np.nan),
         "loaded": loaded,
+        "slip": slip,
+        "red_from_to": [SHOWN_SLIP_M_S, FULL_SLIP_M_S],
         "measured": log.force_n[rows],
         "predicted": log.predicted_force_n[rows],
         "paths": paths,
@@ -97,6 +106,17 @@ def _arrays(log: Recording, parameters: RobotParameters, rows: IntArray) -> dict
         "metres_per_newton": METRES_PER_NEWTON,
         "least_n": LEAST_FORCE_N,
     }
+
+
+def _slip(log: Recording, rows: IntArray) -> tuple[BoolArray, FloatArray]:
+    """Which feet are loaded, and how fast they slip [m/s], (F, N): true where known, else the model's."""
+    velocity = log.truth_foot_velocity_W[rows, :, :2]
+    predicted = log.predicted_slip_B[rows]
+    with_truth: BoolArray = np.asarray(np.isfinite(velocity).all(axis=2))
+    true = with_truth.any(axis=1, keepdims=True)
+    loaded = np.where(true, log.truth_contact[rows], np.isfinite(predicted).all(axis=2))
+    slip = np.where(true, np.linalg.norm(velocity, axis=2), np.linalg.norm(predicted, axis=2))
+    return loaded, np.where(loaded, slip, np.nan)
 
 
 def _motion(

@@ -75,8 +75,8 @@ def _write_page(request: RobotShowRequest, review: RobotReview) -> str:
         review.config.name,
         f"robot file {request.robot.name}, walked through the quasi-static model",
         [
-            Section("What to look at", concerns, ("", "where", "what", "what to do")),
             *pictures(figures),
+            Section("What to look at", concerns, ("", "where", "what", "what to do")),
             Section("Gaits", figure_rows(review), ("", *names), range(1, len(names) + 1)),
             Section("Sizes", robot_rows(review)),
             Section("Assumed", [("", assumed_words(review))]),

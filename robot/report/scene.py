@@ -29,6 +29,8 @@ LIFTED: Colour = (0.6, 0.6, 0.6)
 # 20 N, a third of BigANT's weight, is drawn as long as a leg.
 METRES_PER_NEWTON = 0.006
 LEAST_FORCE_N = 0.2
+# Between these slip speeds a foot's path on the ground turns from grey to red.
+SHOWN_SLIP_M_S, FULL_SLIP_M_S = 0.002, 0.02
 BODY_MARGIN_M = 0.03
 BODY_HEIGHT_M = 0.04
 SHAFT_SHARE = 0.7

@@ -54,7 +54,7 @@ def run_model(request: ModelRunRequest) -> ExitCode:
         with whole_file(out) as part:
             figure.savefig(part, dpi=DOTS_PER_INCH)
     else:
-        parts = [Section("", rows), *pictures({"Motion": figure})]
+        parts = [*pictures({"Motion": figure}), Section("Numbers", rows)]
         write_text(out, report_page(predictions[0].system.description, "bigant model run", parts))
     if not request.json:
         print(f"picture: {out}")

@@ -12,7 +12,17 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from model.values.arrays import FloatArray
-from robot.report.scene import COUPLER, ESTIMATED, LINK, LOADED, MEASURED, PREDICTED, Colour
+from robot.report.scene import (
+    COUPLER,
+    ESTIMATED,
+    FULL_SLIP_M_S,
+    LINK,
+    LOADED,
+    MEASURED,
+    PREDICTED,
+    SHOWN_SLIP_M_S,
+    Colour,
+)
 from robot.view.film_frame import FilmFrame
 
 Pixels = tuple[int, int, int]
@@ -32,8 +42,6 @@ FOLLOW_S = 0.7
 GRID_M, GRID_LINES = 0.1, 14
 TRAIL_S, TRAIL_STEP_M = 12.0, 0.003
 CHART_S = 10.0
-FULL_SLIP_M_S = 0.02  # slip that is drawn in full red
-SHOWN_SLIP_M_S = 0.002
 SHADES = 8
 FOOT_STEP_M = 0.001
 PAPER: Pixels = (255, 255, 255)

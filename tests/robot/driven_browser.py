@@ -5,6 +5,7 @@ by a zero byte. See https://chromedevtools.github.io/devtools-protocol/.
 """
 
 import base64
+import fcntl
 import json
 import os
 import select
@@ -163,8 +164,10 @@ def driven_browser(folder: Path) -> Iterator[Tab]:
     back_read, back_write = os.pipe()
 
     def pipes() -> None:
-        # away from 3 and 4 first: one of the pipes may lie there already
-        ours, theirs = os.dup(to_read), os.dup(back_write)
+        # to high numbers first: one of the pipes may be 3 or 4 itself
+        ours, theirs = (
+            fcntl.fcntl(one, fcntl.F_DUPFD_CLOEXEC, 20) for one in (to_read, back_write)
+        )
         os.dup2(ours, 3)
         os.dup2(theirs, 4)
 

@@ -6,6 +6,14 @@ const bigant = {
   plots: [],            // every panel that is drawn: {figure, name, model, view, time, stretch}
   listeners: [],        // called with the time of the cursor [s]
   time: null,
+  /* Put the cursor of a panel where the time is; it lies over the plot, which need not be drawn again. */
+  place_cursor(one) {
+    const { start, end } = one.model.x_range, box = one.view.frame.bbox;
+    const share = (bigant.time - start) / (end - start);
+    one.cursor.hidden = bigant.time === null || !(share >= 0 && share <= 1);
+    Object.assign(one.cursor.style, { top: `${box.top}px`, height: `${box.height}px`, left: `${box.left + share * box.width}px` });
+  },
+
   /* Arrays that robot/report/packed.py made text of. */
   bytes: (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer,
   floats: (text) => new Float32Array(bigant.bytes(text)).map((x) => (x > 1e29 ? NaN : x)),
@@ -15,10 +23,7 @@ const bigant = {
   /* Move the cursor of all curves over time, and whoever listens, to a time [s]. */
   seek(t, from = null) {
     bigant.time = t;
-    for (const one of bigant.plots) if (one.time) {
-      one.cursor.location = t;
-      one.cursor.visible = true;
-    }
+    for (const one of bigant.plots) if (one.time) bigant.place_cursor(one);
     for (const listen of bigant.listeners) if (listen !== from) listen(t);
   },
 };
@@ -41,7 +46,6 @@ const bigant = {
     }
     for (const one of model.center) {
       if ("grid_line_color" in one.properties) one.grid_line_color = line;
-      if (one.name === "cursor") one.line_color = bigant.colour("--accent");
       if ("text_color" in one.properties) one.text_color = ink;
       if (one.type === "Arrow") {
         one.line_color = one.end.fill_color = one.end.line_color = ink;
@@ -89,14 +93,16 @@ const bigant = {
         other.model.x_range.setv({ start: range.start, end: range.end });
       }
       linking = false;
+      for (const other of bigant.plots) if (other.time) bigant.place_cursor(other);
     });
     const first = bigant.plots.find((other) => other.time && other !== one);
     if (first) range.setv({ start: first.model.x_range.start, end: first.model.x_range.end });
     one.model.on_event("tap", (event) => bigant.seek(event.x));
-    if (bigant.time !== null) {
-      one.cursor.location = bigant.time;
-      one.cursor.visible = true;
-    }
+    one.cursor = document.createElement("div");
+    one.cursor.className = "cursor";
+    one.cell.append(one.cursor);
+    bigant.place_cursor(one);
+    new ResizeObserver(() => requestAnimationFrame(() => bigant.place_cursor(one))).observe(one.cell);
   }
 
   const short = (x) => String(Number(x.toPrecision(4)));
@@ -143,7 +149,6 @@ const bigant = {
     const view = manager.get_by_id(panel.item.root_id), model = view.model;
     const one = {
       figure, view, model, cell, labels: panel.labels, time: panel.time, stretch: panel.stretch, number,
-      cursor: model.center.find((part) => part.name === "cursor"),
       wanted_x: [model.x_range.start, model.x_range.end], wanted_y: [model.y_range.start, model.y_range.end],
     };
     paint(model);
@@ -220,7 +225,7 @@ const bigant = {
     hint.className = "hint";
     hint.textContent = "Drag across a plot to zoom into it, double-click to go back; ctrl and the wheel zoom too. "
       + "Curves show their values under the pointer; a name hides its curve.";
-    figures[0].after(hint);
+    (figures[0].closest(".traces") || figures[0]).after(hint);
   }
 
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {

@@ -2,7 +2,7 @@
    Python (robot/report/replay.py) gives arrays: whole numbers with a scale, or floats, in base64. */
 "use strict";
 (() => {
-  const TRAIL_S = 1.5, GRID_M = 0.1;
+  const HOLDS = [120, 144, 168], SLIPS = [214, 39, 40], TRAIL_S = 3, GRID_M = 0.1;
   const MEASURED = "#0072B2", PREDICTED = "#D55E00", PATHS = { "true": "#0072B2", "estimator": "#009E73",
     "dead reckoning": "#D55E00" };
   const EDGES = [[0, 1], [1, 3], [3, 2], [2, 0], [4, 5], [5, 7], [7, 6], [6, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
@@ -12,7 +12,7 @@
   function unpack(told) {
     const d = { ...told, t: floats(told.t), place: floats(told.place), turn: floats(told.turn),
       loaded: new Uint8Array(bytes(told.loaded)), paths: {} };
-    for (const name of ["points", "feet", "measured", "predicted"]) d[name] = whole(told[name]);
+    for (const name of ["points", "feet", "slip", "measured", "predicted"]) d[name] = whole(told[name]);
     for (const [name, path] of Object.entries(told.paths)) d.paths[name] = floats(path);
     return d;
   }
@@ -290,7 +290,7 @@
         stroke(places, PATHS[name], 1, 0.35);
         stroke(places.slice(0, now.i + 1), PATHS[name], 2);
       }
-      this.trails(now, stroke, faint);
+      this.trails(now, stroke);
 
       const [cx, cy, cz, lx, ly, lz] = d.box;
       const corners = Array.from({ length: 8 }, (_, k) => now.world(cx + lx * ((k >> 2 & 1) - 0.5), cy + ly * ((k >> 1 & 1) - 0.5), cz + lz * ((k & 1) - 0.5)));
@@ -302,7 +302,8 @@
         if (Number.isNaN(x + y)) return;
         context.beginPath();
         context.arc(x, y, (now.loaded[leg] ? 4.5 : 3) * dpr, 0, 7);
-        context.fillStyle = now.loaded[leg] ? "#CC79A7" : faint;
+        context.fillStyle = !now.loaded[leg] ? faint
+          : this.slip_colour((d.slip[now.i * d.names.length + leg] - d.red_from_to[0]) / (d.red_from_to[1] - d.red_from_to[0]));
         context.fill();
         context.fillStyle = faint;
         context.font = `${11 * dpr}px system-ui, sans-serif`;
@@ -325,23 +326,28 @@
       this.clock.textContent = `${this.t.toFixed(2)} s`;
     }
 
-    /* Where each foot stood on the ground in the last second: a dot where it holds, a streak where it slips. */
-    trails(now, stroke, colour) {
-      const d = this.d, legs = d.names.length, from = frame_at(this.t - TRAIL_S, d.t)[0];
+    /* Where each foot stood on the ground in the last seconds: grey where it held, red where it slipped. */
+    trails(now, stroke) {
+      const d = this.d, legs = d.names.length, from = frame_at(this.t - TRAIL_S, d.t)[0], [least, full] = d.red_from_to;
       for (let leg = 0; leg < legs; leg++) {
-        let piece = [];
+        let before = null;
         for (let i = from; i <= now.i; i++) {
+          let place = null;
           if (d.loaded[i * legs + leg]) {
-            const turn = rotation(d.turn.slice(4 * i, 4 * i + 4)), place = d.place.slice(3 * i, 3 * i + 3);
+            const turn = rotation(d.turn.slice(4 * i, 4 * i + 4)), at = d.place.slice(3 * i, 3 * i + 3);
             const [x, y, z] = d.feet.slice(3 * (i * legs + leg), 3 * (i * legs + leg) + 3);
-            piece.push([turn[0] * x + turn[1] * y + turn[2] * z + place[0], turn[3] * x + turn[4] * y + turn[5] * z + place[1], 0]);
-          } else if (piece.length) {
-            stroke(piece, "#CC79A7", 3, 0.8);
-            piece = [];
+            place = [turn[0] * x + turn[1] * y + turn[2] * z + at[0], turn[3] * x + turn[4] * y + turn[5] * z + at[1], 0];
           }
+          if (place && before) stroke([before, place], this.slip_colour((d.slip[i * legs + leg] - least) / (full - least)), 3);
+          before = place;
         }
-        if (piece.length) stroke(piece, "#CC79A7", 3, 0.8);
       }
+    }
+
+    /* Grey for a foot that holds, red for one that slips, from 0 to 1. */
+    slip_colour(share) {
+      const red = Math.min(1, Math.max(0, share || 0));
+      return `rgb(${HOLDS.map((grey, k) => Math.round(grey + red * (SLIPS[k] - grey))).join(",")})`;
     }
   }
 
