@@ -55,7 +55,8 @@ def test_show_prints_and_draws(short_walk: Path, capsys: pytest.CaptureFixture[s
     printed = capsys.readouterr().out
     assert "predicted velocity, RMSE" in printed
     page = short_walk.with_suffix(".html").read_text(encoding="utf-8")
-    assert page.count("<svg") == 4
+    assert page.count("<figure class='plot'>") == 4
+    assert page.count("<figure class='replay'>") == 1
     assert "Body velocity" in page
     assert "src=" not in page, "self-contained"
     assert "http" not in page.replace("http://www.w3.org", "").replace(
