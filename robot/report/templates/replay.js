@@ -134,7 +134,7 @@
         out.set(other, own.length);
         return drop ? out.slice(drop * columns) : out;
       };
-      for (const name of ["t", "place", "turn", "loaded", "points", "feet", "measured", "predicted"])
+      for (const name of ["t", "place", "turn", "loaded", "slip", "points", "feet", "measured", "predicted"])
         this.d[name] = joined(this.d[name], more[name], count);
       const unknown = (rows) => new Float32Array(2 * rows).fill(NaN);
       for (const name of new Set([...Object.keys(this.d.paths), ...Object.keys(more.paths)]))

@@ -148,6 +148,21 @@ def test_the_replay_is_the_log(walk: Tab, cycle_walk: Path) -> None:
     np.testing.assert_allclose(force, log.predicted_force_n[row], atol=0.05)
 
 
+def test_frames_that_are_added_bring_all_that_is_drawn(walk: Tab) -> None:
+    """As a live view adds them: every array grows by as many frames."""
+    rows = (
+        f"Object.fromEntries(Object.entries({REPLAY}.d).filter(([, v]) => ArrayBuffer.isView(v))"
+        ".map(([name, v]) => [name, v.length]))"
+    )
+    before = walk.run(rows)
+    assert {"slip", "loaded", "points", "measured"} <= before.keys()
+    walk.run(
+        f"{REPLAY}.add(JSON.parse({REPLAY}.figure.querySelector('script').textContent), 100000)"
+    )
+    assert walk.run(rows) == {name: 2 * count for name, count in before.items()}
+    assert walk.errors == []
+
+
 def test_a_name_hides_its_curve_and_shows_it_again(walk: Tab) -> None:
     walk.until(DRAWN)
     shown, pressed = curve(walk, "predicted")
