@@ -19,6 +19,8 @@ from typing import Any
 from benchmarks.real_figures import draw_arm, draw_cube, draw_rig
 from gap.rounding import value_words
 from robot.cli import main as cli
+from robot.report.moving import library
+from robot.report.page import with_shared_library
 
 ARM = ("Rotation", "Pitch", "Elbow", "Wrist_Pitch", "Wrist_Roll")
 COUNT_RAD = 2 * math.pi / 4096
@@ -28,6 +30,7 @@ DECOYS = (
 )  # fmt: skip
 CUBE_DECOYS = ("friction_level", "ground_slope", "pose_delay", "coulomb_friction")
 RIG_DECOYS = ("encoder_offset", "command_delay", "gravity_droop", "backlash")
+LIBRARY = "bokeh.min.js"
 PAGES = Path(__file__).resolve().parents[1] / "docs" / "real"
 BEGIN, END = "<!-- made: {} -->", "<!-- end: {} -->"
 Found = dict[str, Any]
@@ -70,6 +73,12 @@ def diagnose(trials: Sequence[str], out: Path, *more: str) -> Found:
     command([*words, *more])
     found: Found = json.loads(told.read_text(encoding="utf-8"))
     return found
+
+
+def keep(page: Path, pages: Path) -> None:
+    """Put a page among the others of a folder; they share one library, which lies beside them."""
+    (pages / LIBRARY).write_text(library(), "utf-8")
+    (pages / page.name).write_text(with_shared_library(page.read_text("utf-8"), LIBRARY), "utf-8")
 
 
 def alone(trials: Sequence[str], effects: Sequence[str], *more: str) -> dict[str, Found]:
@@ -120,7 +129,7 @@ def arm(folder: Path, out: Path, pages: Path) -> None:
         print(joint, flush=True)
         page = f"so101_{joint.lower()}.html"
         found = diagnose(trials, out / page, "--joint", joint)
-        (pages / page).write_text((out / page).read_text("utf-8"), "utf-8")
+        keep(out / page, pages)
         (shaft,) = found["channels"]
         cut = 1 - shaft["after"] / shaft["before"]
         rivals = sorted({pair[1] for pair in found["ambiguous_with"]})
@@ -158,7 +167,7 @@ def rig(folder: Path, out: Path, pages: Path) -> None:
     print("backlash rig", flush=True)
     trials = bring_in(folder, "servo_backlash", out)
     found = diagnose(trials, out / "backlash.html")
-    (pages / "backlash.html").write_text((out / "backlash.html").read_text("utf-8"), "utf-8")
+    keep(out / "backlash.html", pages)
     (cause,) = [one for one in found["causes"] if one["effect"] == "backlash"]
     width, error = (cause[key]["width_rad"] / COUNT_RAD for key in ("parameters", "errors"))
     (shaft,) = found["channels"]
@@ -185,7 +194,7 @@ def cube(folder: Path, out: Path, pages: Path) -> None:
     print("cube", flush=True)
     trials = bring_in(folder, "sliding_cube", out)
     found = diagnose(trials, out / "cube.html")
-    (pages / "cube.html").write_text((out / "cube.html").read_text("utf-8"), "utf-8")
+    keep(out / "cube.html", pages)
     rows = [
         [c["channel"], span(c, "before"), span(c, "after"), c["unit"],
          f"{1 - c['after'] / c['before']:.0%}"]

@@ -7,7 +7,17 @@ the duty, and what the servo of the published gain, Coulomb and viscous friction
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.real_machines import Found, bring_in, command, diagnose, named, put, span, table
+from benchmarks.real_machines import (
+    Found,
+    bring_in,
+    command,
+    diagnose,
+    keep,
+    named,
+    put,
+    span,
+    table,
+)
 from record.trial.column_map import MAPS
 
 GAINS = (100, 200, 400, 800)
@@ -39,7 +49,7 @@ def pendulum(folder: Path, out: Path, pages: Path) -> None:
     trials = bring_in(folder, "xl330", out)
     hold_out = [word for one in JUDGES for word in ("--hold-out", f"trajectory={one}")]
     whole = diagnose(trials, out / "xl330.html", *hold_out)
-    (pages / "xl330.html").write_text((out / "xl330.html").read_text("utf-8"), "utf-8")
+    keep(out / "xl330.html", pages)
     put(pages / "xl330.md", "named", f"{whole['verdict']}: {named(whole)}")
     rows = [
         [c["channel"], span(c, "before"), span(c, "after"), c["unit"], f"{change(c):+.0%}"]
