@@ -13,7 +13,6 @@ from record.trial.trial import Trial
 from record.whole_file import write_text
 from robot.console.json_output import json_text
 from robot.gap_report.diagnose import diagnosis_of, diagnosis_result, simulator_of
-from robot.gap_report.split import with_hold_out
 from robot.gap_report.summary import summary_lines
 from robot.gap_report.trials import Runs, check_same_machine, read_trials, runs_of
 from robot.gap_report.words import machine_words
@@ -100,8 +99,6 @@ def diagnose(
     *,
     robot: str | Path | None = None,
     effects: str | Path | None = None,
-    machine: str = "",
-    hold_out: Sequence[str] = (),
     jobs: int = 1,
     seed: int = 0,
     progress: Callable[[str, float], None] = silent,
@@ -113,10 +110,6 @@ def diagnose(
         references: Runs of the same machine assumed healthy; the question is then what is new.
         robot: Robot file to use for the runs in place of the one recorded with them.
         effects: A Python file of effects of your own.
-        machine: What simulates the runs where their own file does not say it: ``robot.xml`` (MJCF or URDF)
-            or ``FILE.py:make``, as of ``--machine``.
-        hold_out: Which runs judge what is fitted to the others: ``KEY=VALUE``, ``trial=NAME`` (``run 1`` is
-            the first in memory) or ``last-third`` of every run.
         jobs: Processes. Above 1 a script needs ``if __name__ == "__main__":``.
         seed: Of every random draw.
         progress: Gets what is being done, and the share of the whole that is done, 0 to 1.
@@ -133,9 +126,7 @@ def diagnose(
     )
     check_same_machine(everything, files)
     count = len(own)
-    own_file = None if robot is None else Path(robot)
-    read = runs_of(everything[:count], everything[count:], own_file, machine)
-    read = with_hold_out(read, files[:count], hold_out)
+    read = runs_of(everything[:count], everything[count:], None if robot is None else Path(robot))
     request = GapDiagnoseRequest(
         trials=files[:count],
         reference=files[count:],

@@ -13,12 +13,10 @@ import numpy as np
 import pytest
 
 import bigant
-from gap.residuals.hold_out import HoldOut
 from model.systems.disk import disk
 from model.values.tick import Mode
 from record.log.reader import read_log
 from robot.cli.main import run
-from robot.gap_report.trials import Runs
 from tests.test_layers import ROOT
 
 SECONDS, FREQUENCY_HZ, SEED = 1.5, 0.3, 3
@@ -300,24 +298,6 @@ def test_runs_of_different_machines_are_refused(walked: bigant.Log) -> None:
     other = bigant.walk_trial(octopod, cycles=0.05, frequency_hz=FREQUENCY_HZ)
     with pytest.raises(bigant.BigantError, match="another machine"):
         bigant.diagnose(walked, [other])
-
-
-def test_runs_that_judge_can_be_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
-    given: list[Runs] = []
-
-    def diagnosed(runs: Runs, *_: object) -> None:
-        given.append(runs)
-
-    monkeypatch.setattr("bigant.diagnosis.diagnosis_of", diagnosed)
-    runs = [bigant.walk_trial(cycles=0.1, seed=seed) for seed in (1, 2, 3)]
-    bigant.diagnose(runs, hold_out=["trial=run 2"])
-    assert given[0].hold_out == HoldOut((1,))
-    bigant.diagnose(runs, hold_out=["last-third"])
-    assert given[1].hold_out == HoldOut(last_third=True)
-    with pytest.raises(bigant.BigantError, match="trial is run 1, run 2, run 3"):
-        bigant.diagnose(runs, hold_out=["trial=run 9"])
-    with pytest.raises(bigant.BigantError, match="holds out every run"):
-        bigant.diagnose(runs[0], hold_out=["trial=run 1"])
 
 
 def test_a_mistake_is_an_error_with_its_sentence(tmp_path: Path) -> None:

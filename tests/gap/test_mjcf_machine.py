@@ -183,7 +183,7 @@ def test_a_candidate_that_breaks_the_simulator_pays_and_a_broken_file_is_a_sente
             'name="elbow"',
             "no joint 'fore'; it has upper_joint, elbow: give the file",
         ),
-        ("</worldbody>", "", "no model that MuJoCo can compile: .*mend it"),
+        ("</worldbody>", "", "no model that MuJoCo can compile: .*fix it"),
         ('mass="0.5"', 'mass="-1"', "no model that MuJoCo can compile"),
     ],
 )

@@ -30,7 +30,7 @@ def test_three_commands_from_the_data_to_the_page(
     assert cli.run([*words, "--out", str(log)]) == ExitCode.OK
     said = capsys.readouterr().out
     assert "odometry      yes" in said
-    assert "ground truth  yes: places and attitudes" in said
+    assert "ground truth  yes: positions and attitudes" in said
     assert "forces        no: no sensors" in said
     assert "samples, with the estimate at each" in said
     assert cli.run(["replay", str(log), "--tolerance", "0"]) == ExitCode.OK
