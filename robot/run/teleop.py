@@ -34,8 +34,11 @@ ARROWS = {
     for mode in "[O"
     for letter, key in (("A", "w"), ("B", "s"), ("D", "a"), ("C", "d"))
 }
-# A whole escape sequence (ECMA-48: CSI, SS3, or a character with Alt), and the beginning of one.
-SEQUENCE = re.compile(r"\x1b(?:\[\[?[0-?]*[ -/]*[@-~]|O[0-?]*[@-~]|[^\[O\x1b])")
+# A whole escape sequence (ECMA-48: CSI, SS3, or a character with Alt), and the beginning of one. Function
+# keys of the Linux console begin with two brackets, so two brackets alone are not whole.
+SEQUENCE = re.compile(
+    r"\x1b(?:\[\[[0-?]*[ -/]*[@-~]|\[(?!\[)[0-?]*[ -/]*[@-~]|O[0-?]*[@-~]|[^\[O\x1b])"
+)
 BEGUN = re.compile(r"\x1b(?:\[\[?[0-?]*[ -/]*|O[0-?]*)?$")
 PASTE_BEGINS, PASTE_ENDS = f"{ESC}[200~", f"{ESC}[201~"
 BRACKETED_PASTE = "\x1b[?2004"  # h: the terminal marks what is pasted; l: it does not

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pyte
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from model.values.faults import StopReason
@@ -213,6 +213,7 @@ def test_teleop_without_a_terminal_says_so() -> None:
         (["\x1b[1;5D"], ""),  # Ctrl+Left
         (["\x1b[1;2D", "\x1b[2~", "\x1b[3~", "\x1bOP", "\x1b[[A", "\x1b[15~"], ""),
         (["\x1b[1", ";5", "D"], ""),
+        (["\x1b[[", "A"], ""),  # F1 of the Linux console, split on the way
         (["\x1bd", "\x1b1"], ""),  # with Alt
         (["\x1b", "x"], "x"),  # Esc, and then the emergency key
         (["\x1b", "\x1b", "q"], "q"),
@@ -227,6 +228,8 @@ def test_only_whole_sequences_that_are_known_are_keys(pieces: list[str], keys: s
 
 
 @given(st.text(alphabet="\x1b[O;15~ABCD", max_size=12), st.integers(0, 12))
+@example("1111\x1b[[A", 7)
+@settings(max_examples=1000)
 def test_where_a_sequence_is_split_makes_no_difference(text: str, at: int) -> None:
     assume(not text[:at].endswith("\x1b"))  # Esc by itself, or the beginning of something
     whole, pieces = KeyParser(), KeyParser()
