@@ -26,6 +26,11 @@ class Verdict(Enum):
     AMBIGUOUS = "ambiguous"
     UNEXPLAINED = "unexplained"
 
+    @property
+    def headline(self) -> str:
+        """In capitals, as a report shows it."""
+        return self.value.upper().replace("_", " ")
+
 
 @dataclass(frozen=True, slots=True)
 class Value:

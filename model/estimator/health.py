@@ -13,6 +13,7 @@ import numpy as np
 
 from model.estimator.senses import Heard
 from model.estimator.settings import RECORD_S, EstimatorSettings
+from model.estimator.shaft_zeros import NO_LEG
 from model.estimator.sources import FORCE, GYRO, LOAD, TILT
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import (
@@ -184,7 +185,7 @@ def _of_forces(forces: FloatArray) -> Iterator[str]:
 
 def _of_zeros(state: EstimatorState, names: Sequence[str]) -> Iterator[str]:
     leg = state.zeros.suspected
-    if leg >= 0:
+    if leg != NO_LEG:
         size = degrees(abs(state.zeros.angle_rad[0, leg]))
         yield f"the zero of {names[leg]} seems to be off by {size:.0f} degrees"
 

@@ -183,7 +183,7 @@ class ZeroEvidence:
     Attributes:
         information: Of a height and an angle of each leg, (2N, 2N).
         pull: Its right side, (2N,).
-        square: Mean square of what is fitted, and of how many records, (2,).
+        square: Sum of squares of the loads that are fitted, and number of these loads, (2,).
         records: How many records of forces came.
         angle_rad: By how much each zero seems to be off, and its standard deviation, (2, N).
         suspected: Leg whose zero seems wrong, -1 for none.

@@ -19,11 +19,12 @@ from gap.diagnosis.diagnose import diagnose_study
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
 from model.errors import RecordError
-from record.json_text import parse_json, read_json
+from record.json_text import parse_json
 from record.trial.header_file import read_text
 from record.whole_file import write_text
 from robot.console.json_output import json_text
 from robot.gap_report.blind import blind_json
+from robot.gap_report.causes_file import read_causes, write_causes
 from robot.gap_report.trials import Runs, read_runs
 
 CASES, REFERENCES = "cases", "references"
@@ -210,13 +211,10 @@ def commission_case(request: CaseRequest, kept: Path) -> tuple[Cause, ...]:
     """
     if kept.is_file():
         try:
-            return tuple(
-                Cause(one["effect"], tuple(one["joints"]), tuple(map(float, one["values"])))
-                for one in read_json(kept)
-            )
-        except (OSError, ValueError, KeyError, TypeError) as error:
+            return read_causes(kept)
+        except (OSError, ValueError) as error:
             raise RecordError(f"{kept}: {error!r}; delete it to commission again") from error
     runs, simulator = read_case(request.trials, request.references, request.missing)
     standing = standing_of(runs.references, simulator)
-    keep_json(standing, kept)
+    write_causes(standing, kept)
     return standing

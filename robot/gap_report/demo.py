@@ -191,7 +191,7 @@ def compared(effect: TwinEffect | None, d: Diagnosis) -> tuple[list[str], bool]:
     healthy robot has no gap, and where an effect that the catalogue does not have is left unexplained.
     """
     named = " and ".join(one.words for one in d.causes) or "nothing"
-    verdict = d.verdict.value.upper().replace("_", " ")
+    verdict = d.verdict.headline
     lines = [f"injected  {_fault_words(effect)}", f"found     {named} ({verdict})"]
     if effect is None:
         right = d.verdict is Verdict.NO_GAP
@@ -214,7 +214,7 @@ def _right(right: bool) -> str:
 def _judged(cause: NamedCause, d: Diagnosis) -> str:
     where = "fault and leg are" if cause.joints else "the fault is"
     if d.verdict is not Verdict.EXPLAINED:
-        return f"{where} named, but the verdict is {d.verdict.value.upper()}"
+        return f"{where} named, but the verdict is {d.verdict.headline}"
     if len(d.causes) > 1:
         return f"{where} named, but so is what was not injected"
     return f"{where} those that were injected" if cause.joints else "that is what was injected"

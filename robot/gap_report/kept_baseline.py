@@ -5,8 +5,6 @@ them, so that none outlives a change of either.
 """
 
 import hashlib
-import json
-import os
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import fields
@@ -20,8 +18,10 @@ from platformdirs import user_cache_path
 from gap.diagnosis.commissioning import commission
 from gap.diagnosis.study import FEWEST_REFERENCES, Study
 from gap.interfaces import Cause
+from model.errors import RecordError
+from record.earlier_file import earlier_files
 from record.trial.header import LEGGED
-from robot.console.json_output import json_text
+from robot.gap_report.causes_file import read_causes, write_causes
 
 FOLDER = "baselines"
 # What a baseline is computed from besides the runs.
@@ -86,22 +86,13 @@ def program_digest() -> str:
 def _read(path: Path) -> tuple[Cause, ...] | None:
     """Return what is kept; None if there is nothing, or nothing that can be read."""
     try:
-        rows = json.loads(path.read_text(encoding="utf-8"))
-        return tuple(
-            Cause(str(one["effect"]), tuple(one["joints"]), tuple(map(float, one["values"])))
-            for one in rows
-        )
-    except (OSError, ValueError, KeyError, TypeError):
+        return read_causes(path)
+    except (OSError, ValueError):
         return None
 
 
 def _keep(causes: Sequence[Cause], path: Path) -> None:
-    """Write a file that appears when it is whole; a cache that cannot be written is none."""
-    part = path.with_suffix(f".{os.getpid()}.part")
-    try:
+    """A cache that cannot be written is none."""
+    with suppress(OSError, RecordError), earlier_files(overwrite=True, notify=lambda _: None):
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_text(json_text(list(causes)), encoding="utf-8")
-        part.replace(path)
-    except OSError:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
+        write_causes(causes, path)

@@ -1,6 +1,5 @@
 """A diagnosis as one self-contained page: the answer first, then what it rests on."""
 
-import json
 import math
 from collections.abc import Sequence
 from datetime import date
@@ -32,7 +31,7 @@ from robot.gap_report.words import (
     size_words,
     stage_note,
 )
-from robot.report.packed import packed_floats
+from robot.report.packed import packed_floats, script_json
 from robot.report.page import render
 from robot.report.pictures import page_picture
 from robot.report.plots import PREDICTED, STYLE
@@ -212,7 +211,7 @@ def _switches(d: Diagnosis) -> str:
         "curve": AFTER_NAME,
         "curves": [packed_floats(_in_unit(t)[0] * t.each) for t in shown_traces(d)],
     }
-    return json.dumps(content, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
+    return script_json(content)
 
 
 def _in_unit(trace: Trace) -> tuple[float, str]:

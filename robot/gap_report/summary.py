@@ -35,7 +35,7 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> li
 
     The paths are those of the trials and the references, in their order.
     """
-    lines = [d.verdict.value.upper().replace("_", " "), d.sentence]
+    lines = [d.verdict.headline, d.sentence]
     lines += [*_to_do(d), "", *_faults(d, paths)]
     if d.verdict is not Verdict.NO_GAP:
         lines += [*_where(d, width), "", *_causes(d), "", *_how_far(d)]

@@ -30,6 +30,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator
 
+from robot.report.packed import script_json
 from robot.report.plot_marks import DASHES, add_mark, drawn_in, range_of
 
 PX_PER_IN = 72.0
@@ -67,7 +68,7 @@ def moving_json(figure: Figure) -> str:
         "columns": max((grid.ncols for grid in grids), default=1),
         "legend": [one._asdict() for one in marks if one.name in drawn],
     }
-    return json.dumps(plots, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
+    return script_json(plots)
 
 
 @cache

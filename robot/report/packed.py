@@ -1,6 +1,7 @@
-"""Arrays as text in a page: base64 of little-endian numbers, which scripts read without a parser."""
+"""What scripts of a page read: JSON, and in it arrays as base64 of little-endian numbers."""
 
 import base64
+import json
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,15 @@ from numpy.typing import DTypeLike
 from model.values.arrays import FloatArray
 
 UNKNOWN, UNKNOWN_WHOLE = 1e30, -32768
+
+
+def script_json(content: object) -> str:
+    """Return JSON that may stand in a script element: nothing in it ends the element.
+
+    Raises:
+        ValueError: It holds NaN or an infinite number.
+    """
+    return json.dumps(content, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
 
 
 def packed_floats(values: FloatArray) -> str:

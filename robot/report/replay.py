@@ -3,7 +3,6 @@
 Of a long log only some ticks are kept; between them the script goes straight.
 """
 
-import json
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.config.robot_file import parse_robot
 from robot.report.ground_truth import aligned_to_truth
-from robot.report.packed import packed_floats, packed_text, packed_whole
+from robot.report.packed import packed_floats, packed_text, packed_whole, script_json
 from robot.report.page import PagePicture
 from robot.report.replay_still import still_of
 from robot.report.scene import (
@@ -44,7 +43,7 @@ def replay_of(log: Recording) -> PagePicture | None:
     if parameters is None:
         return None
     arrays = _arrays(log, parameters, kept_frames(log.t_s))
-    text = json.dumps(_packed(arrays), separators=(",", ":"), allow_nan=False)
+    text = script_json(_packed(arrays))
     return PagePicture(NAME, still_of(arrays), text, SAYS, kind="replay")
 
 
