@@ -53,7 +53,7 @@ class FrameModel:
     def __init__(self, machine: LeggedMachine) -> None:
         self._machine = machine
         self._grid = _Moment(0.0, PERIOD_S, len(AROUND_S), PERIOD_S)
-        self.settings = settings_of(machine.effects, machine.names)
+        self.settings = settings_of(machine.effects, machine.names, machine.size)
         self._ratio = self.settings.each("encoder_scale")[0]
 
     def prepare(self) -> None:

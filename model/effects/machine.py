@@ -2,13 +2,10 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-from scipy.constants import g as standard_gravity
-
 from model.effects.causes import Cause
+from model.effects.machine_scale import RobotSize, size_of
 from model.effects.written import causes_for
 from model.errors import ConfigError, GapError
-from model.kinematics.legs import reach_m
 from model.parameters.tables import (
     parse_table,
     read_body,
@@ -39,20 +36,14 @@ class LeggedMachine:
     effects: tuple[Cause, ...] = ()
 
     @property
-    def length_m(self) -> float:
-        """From the middle of the machine to the farthest place along x where a foot may stand."""
-        shaft = float(np.abs(self.legs.shaft_position[:, 0]).max())
-        return shaft + reach_m(self.leg)
+    def size(self) -> RobotSize:
+        """Weight and reach."""
+        return size_of(self.mass_kg, self.legs, self.leg)
 
     @property
     def names(self) -> MachineNames:
         """Names of joints and legs."""
         return names_of(self.legs, self.leg)
-
-    @property
-    def weight_n(self) -> float:
-        """Weight."""
-        return self.mass_kg * standard_gravity
 
 
 def parse_machine(text: str) -> LeggedMachine:
@@ -65,12 +56,13 @@ def parse_machine(text: str) -> LeggedMachine:
         top = parse_table(text)
         leg = read_leg(top)
         legs = read_legs(top.table("legs"), leg)
+        mass_kg = read_body(top.table("body")).mass
         return LeggedMachine(
-            mass_kg=read_body(top.table("body")).mass,
+            mass_kg=mass_kg,
             legs=legs,
             leg=leg,
             contact=read_contact(top.table("contact"), legs.count),
-            effects=causes_for(top, legs, leg),
+            effects=causes_for(top, mass_kg, legs, leg),
         )
     except ConfigError as error:
         raise GapError(f"the robot file cannot be used: {error}") from error

@@ -6,13 +6,34 @@ ratios are any robot's. Scales are powers of two, so that robots alike have the 
 """
 
 import math
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from types import MappingProxyType
 
-from model.effects.catalogue import ChainEffect
+import numpy as np
+from scipy.constants import g as standard_gravity
+
+from model.effects.catalogue import EFFECTS, ChainEffect
 from model.effects.causes import Parameter
+from model.kinematics.legs import reach_m
+from model.values.parameters import LegGeometry, LegParameters
 
-WEIGHT_N = 64.0
-REACH_M = 0.46
+
+@dataclass(frozen=True, slots=True)
+class RobotSize:
+    """What bounds of effects grow with.
+
+    Attributes:
+        weight_n: Weight of the whole robot.
+        reach_m: From the middle of the robot to the farthest place along x where a foot may stand.
+    """
+
+    weight_n: float
+    reach_m: float
+
+
+USUAL_SIZE = RobotSize(64.0, 0.46)  # the robot that the catalogue's numbers were written for
 # Unit of a parameter: powers of reach and of weight that it grows with.
 POWERS = {
     "m": (1, 0),
@@ -26,11 +47,24 @@ POWERS = {
 }
 
 
-def scaled_effect(effect: ChainEffect, weight_n: float, reach_m: float) -> ChainEffect:
-    """Return an effect with bounds and spreads for a robot of this weight and reach."""
-    reach, weight = _power_of_two(reach_m / REACH_M), _power_of_two(weight_n / WEIGHT_N)
-    return replace(
-        effect, parameters=tuple(_scaled(one, reach, weight) for one in effect.parameters)
+def size_of(mass_kg: float, legs: LegParameters, leg: LegGeometry) -> RobotSize:
+    """Return the size of a robot; all its legs have the same geometry."""
+    shaft = float(np.abs(legs.shaft_position[:, 0]).max())
+    return RobotSize(mass_kg * standard_gravity, shaft + reach_m(leg))
+
+
+@lru_cache
+def effects_for(size: RobotSize) -> Mapping[str, ChainEffect]:
+    """Return the catalogue with bounds and spreads for a robot of this size."""
+    reach = _power_of_two(size.reach_m / USUAL_SIZE.reach_m)
+    weight = _power_of_two(size.weight_n / USUAL_SIZE.weight_n)
+    return MappingProxyType(
+        {
+            name: replace(
+                effect, parameters=tuple(_scaled(one, reach, weight) for one in effect.parameters)
+            )
+            for name, effect in EFFECTS.items()
+        }
     )
 
 

@@ -77,7 +77,7 @@ def _added_inertia(scene: Scene) -> tuple[float, float]:
     """Mass [kg], and moment of inertia about the vertical [kg m^2], with the time constant in question."""
     machine = scene.machine
     (lag_s,) = scene.settings.whole("inertia_lag")
-    mass = lag_s * float(machine.contact.mu.mean()) * machine.weight_n / INERTIA_SLIP_M_S
+    mass = lag_s * float(machine.contact.mu.mean()) * machine.size.weight_n / INERTIA_SLIP_M_S
     arms = machine.legs.shaft_position[:, :2]
     return mass, mass * float((arms**2).sum(axis=1).mean())
 

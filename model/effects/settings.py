@@ -21,6 +21,7 @@ from model.effects.catalogue import (
     touches_shafts,
 )
 from model.effects.causes import Cause, Effect, Scope, check_cause
+from model.effects.machine_scale import RobotSize, effects_for
 from model.errors import GapError
 from model.values.arrays import FloatArray, readonly
 from model.values.machine_names import MachineNames
@@ -134,19 +135,24 @@ def _neutral(effect: str, joints: int, legs: int) -> Rows:
 
 
 def settings_of(
-    causes: Sequence[Cause], names: MachineNames, added: Sequence[UserEffect] = ()
+    causes: Sequence[Cause],
+    names: MachineNames,
+    size: RobotSize,
+    added: Sequence[UserEffect] = (),
 ) -> Settings:
     """Combine causes.
 
     Args:
         causes: Any number; two of one effect act together.
         names: Names of joints and legs.
+        size: Size of the robot, which bounds depend on.
         added: Users' effects that causes may name too.
 
     Raises:
         GapError: A cause is not of the catalogue, or its joints or values do not fit.
     """
     counts = len(names.joints), len(names.legs)
+    catalogue = effects_for(size)
     users = {user.effect.name: user for user in added}
     rows: dict[str, Rows] = {}
     extra = []
@@ -155,8 +161,8 @@ def settings_of(
             user = users[cause.effect]
             mask = check_cause(cause, user.effect, places_of(user.effect, names))
             extra.append(Added(user, cause.values, mask))
-        elif cause.effect in EFFECTS:
-            effect = EFFECTS[cause.effect]
+        elif cause.effect in catalogue:
+            effect = catalogue[cause.effect]
             mask = check_cause(cause, effect, places_of(effect, names))
             before = rows.get(effect.name)
             none = _neutral(effect.name, *counts)
@@ -164,11 +170,11 @@ def settings_of(
             new = _combined(effect, old, cause.values, mask)
             rows[effect.name] = (*(before or ()), *new) if effect.apart else new
         else:
-            known = ", ".join([*EFFECTS, *users])
+            known = ", ".join([*catalogue, *users])
             raise GapError(f"{cause.effect!r} is no effect of this simulator; known are {known}")
     acting = tuple(
         (name, rows[name])
-        for name, effect in EFFECTS.items()
+        for name, effect in catalogue.items()
         if name in rows and _acts(effect, rows[name], _neutral(name, *counts))
     )
     return Settings(*counts, acting, tuple(extra))

@@ -12,9 +12,18 @@ from model.effects.causes import Cause
 from model.effects.correction import Correction, KeyChange, merged
 from model.effects.leg_kinds import check_effects
 from model.effects.machine import parse_machine
+from model.effects.machine_scale import USUAL_SIZE, size_of
 from model.effects.written import EFFECTS_KEY, WHOLE_ROBOT, causes_of
 from model.errors import ConfigError, GapError
-from model.parameters.tables import LEG_TABLE, leg_table, parse_table, read_leg, read_leg_names
+from model.parameters.tables import (
+    LEG_TABLE,
+    leg_table,
+    parse_table,
+    read_body,
+    read_leg,
+    read_leg_names,
+    read_legs,
+)
 from model.values.machine_names import MachineNames
 from model.values.parameters import ChainParameters
 from record.toml_file import toml_text
@@ -71,7 +80,10 @@ def edit_robot(text: str, correction: Correction, origin: str) -> Edited:
     legs = read_leg_names(top.table("legs"))
     leg = read_leg(top) if top.has(leg_table(top.names())) else None
     joints = leg.joints if isinstance(leg, ChainParameters) else legs
-    there = causes_of(top, MachineNames(joints, legs))
+    size = USUAL_SIZE
+    if leg is not None and top.has("body"):
+        size = size_of(read_body(top.table("body")).mass, read_legs(top.table("legs"), leg), leg)
+    there = causes_of(top, MachineNames(joints, legs), size)
     if leg is not None:
         changes = (change.cause for change in correction.changes)
         check_effects((*changes, *correction.effects), leg)

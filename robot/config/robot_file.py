@@ -169,7 +169,7 @@ def parse_robot(text: str) -> RobotConfig:
         loop=loop,
         body_limits=read_body_limits(safety_table),
         recovery=read_recovery(safety_table),
-        effects=causes_for(top, legs, parameters.leg),
+        effects=causes_for(top, parameters.body.mass, legs, parameters.leg),
         estimator=read_estimator(top.maybe_table("estimator"), legs.count),
         imu=read_imu(top.maybe_table("imu")),
     )
@@ -180,11 +180,12 @@ def parse_robot(text: str) -> RobotConfig:
 def _undriven(text: str, top: Table, leg: ChainParameters) -> RobotConfig:
     """A robot whose legs have several joints: what the model, the estimator and pictures need."""
     legs = read_legs(top.table("legs"), leg)
+    body = read_body(top.table("body"))
     config = RobotConfig(
         name=top.text("name"),
         text=text,
         parameters=RobotParameters(
-            body=read_body(top.table("body")),
+            body=body,
             legs=legs,
             leg=leg,
             contact=read_contact(top.table("contact"), legs.count),
@@ -198,7 +199,7 @@ def _undriven(text: str, top: Table, leg: ChainParameters) -> RobotConfig:
         loop=LoopSettings(0, UNKNOWN, 0),
         body_limits=BodyLimits(),
         recovery=RecoverySettings(),
-        effects=causes_for(top, legs, leg),
+        effects=causes_for(top, body.mass, legs, leg),
         estimator=read_estimator(top.maybe_table("estimator"), legs.count),
         imu=read_imu(top.maybe_table("imu")),
     )

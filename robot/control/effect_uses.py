@@ -13,6 +13,7 @@ from functools import partial
 from types import MappingProxyType
 
 from model.effects.causes import Cause
+from model.effects.machine_scale import size_of
 from model.effects.sensing import OF_FORCES, true_forces
 from model.effects.settings import settings_of
 from model.errors import BigantError
@@ -61,7 +62,9 @@ def true_forces_of(config: RobotConfig) -> TrueForces | None:
     """Return what takes a robot file's sensor errors out; None for a file that has none."""
     if not any(cause.effect in OF_FORCES for cause in config.effects):
         return None
-    return partial(true_forces, settings=settings_of(config.effects, config.parameters.names))
+    robot = config.parameters
+    size = size_of(robot.body.mass, robot.legs, robot.leg)
+    return partial(true_forces, settings=settings_of(config.effects, config.parameters.names, size))
 
 
 def true_forces_of_log(config_text: str) -> TrueForces | None:

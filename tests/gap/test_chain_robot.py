@@ -79,7 +79,7 @@ def test_effects_touch_joints_or_legs_and_are_those_that_chains_can_have() -> No
 
 def test_loads_turn_joints_as_the_jacobian_says() -> None:
     robot, rng = machine(), np.random.default_rng(0)
-    settings = settings_of([Cause("servo_compliance", (), (0.02,))], robot.names)
+    settings = settings_of([Cause("servo_compliance", (), (0.02,))], robot.names, robot.size)
     simulator = LeggedSimulator(robot)
     grid = make_grid(np.arange(200) / 100)
     shape = grid.frames

@@ -11,6 +11,7 @@ from model.effects.causes import Cause
 from model.effects.frame import FrameModel
 from model.effects.grid import Grid
 from model.effects.machine import LeggedMachine, parse_machine
+from model.effects.machine_scale import USUAL_SIZE
 from model.effects.settings import settings_of
 from model.effects.shafts import feet, load_torque
 from model.errors import GapError
@@ -23,7 +24,7 @@ WHEEL = Path(__file__).resolve().parents[2] / "examples" / "wheel_hexapod.toml"
 CONFIG = load_robot(WHEEL)
 MACHINE = parse_machine(CONFIG.text)
 LEGS = MACHINE.names
-NEUTRAL = settings_of((), LEGS)
+NEUTRAL = settings_of((), LEGS, USUAL_SIZE)
 STRAIGHT = replace(MACHINE, leg=CrankParameters(0.09, 0.0))
 
 
@@ -68,7 +69,7 @@ def test_a_frame_with_effects_is_the_frame_without_where_they_do_nothing(
     rate = np.array([0.8, 0.9, 0.85, 0.7, 0.95, 0.75])
     answer = model.solve(angle, rate, np.zeros(3), np.full(3, np.nan), 0.0)
     plain = kinematics.feet(angle, rate)
-    contact = solve_frame(plain, machine.contact, machine.weight_n)
+    contact = solve_frame(plain, machine.contact, machine.size.weight_n)
     np.testing.assert_allclose(answer.feet.position_m, plain.position_m, atol=1e-12)
     np.testing.assert_allclose(answer.feet.velocity_m_s, plain.velocity_m_s, atol=1e-6)
     np.testing.assert_allclose(
@@ -83,7 +84,7 @@ def test_a_ball_on_a_straight_legs_toe_rolls_like_a_half_circle() -> None:
     assert isinstance(MACHINE.leg, CrankParameters)
     length, radius = MACHINE.leg.length, MACHINE.leg.radius
     ball = replace(MACHINE, leg=CrankParameters(length - radius, 0.0))
-    rolling = settings_of((Cause("foot_rolling", (), (radius,)),), LEGS)
+    rolling = settings_of((Cause("foot_rolling", (), (radius,)),), LEGS, USUAL_SIZE)
     as_ball, as_leg = feet(ball, grid, angle, rolling), feet(MACHINE, grid, angle, NEUTRAL)
     turned = as_ball.rate_m_s[..., 0] + radius * grid.slope(as_ball.turn_rad, 0.13)
     np.testing.assert_allclose(turned, as_leg.rate_m_s[..., 0], atol=1e-12)

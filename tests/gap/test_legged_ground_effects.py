@@ -15,7 +15,7 @@ from model.values.legs import FootMotion
 from tests.gap.predictions import COULOMB, ML, Prediction, inside
 from tests.gap.walks import cause, command_trial, machine, walk
 
-WEIGHT = machine().weight_n
+WEIGHT = machine().size.weight_n
 STIFFNESS = machine().contact.stiffness[0]
 MU = machine().contact.mu[0]
 BOTH = pytest.mark.parametrize("drive", Drive, ids=lambda d: d.value)
@@ -276,7 +276,7 @@ def test_a_patch_under_all_feet_is_the_level_of_friction(drive: Drive) -> None:
 def test_a_round_foot_rolls_with_its_link() -> None:
     trial = walk("metachronal", 0.2, 6.0)
     radius = 0.02
-    rolling = settings_of([cause("foot_rolling", radius)], machine().names)
+    rolling = settings_of([cause("foot_rolling", radius)], machine().names, machine().size)
     grid = make_grid(trial.time_s)
     turn = feet(machine(), grid, place(grid, trial.time_s, trial.command_rad), rolling).turn_rad
     assert 0.25 < np.ptp(turn) < 1.5

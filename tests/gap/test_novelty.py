@@ -14,6 +14,7 @@ from gap.interfaces import Cause, Drive
 from gap.residuals.healthy import healthy_runs
 from gap.residuals.parts import RunCondition, whole_parts
 from gap.search.candidates import starts_of
+from model.effects.machine_scale import USUAL_SIZE
 from model.effects.settings import settings_of
 from model.effects.shafts import shafts
 from tests.gap.toy import CHANNELS, CONDITIONS, Toy, toy_case, toy_references, toy_trial
@@ -99,9 +100,9 @@ def test_two_lags_stand_one_behind_the_other() -> None:
     """A filter before a servo that lags itself is two filters: after a step of speed, w0 t - 2 T w0."""
     names = machine().names
     inputs = simulator()._inputs(command_trial("tripod", 0.2, 8.0))
-    both = settings_of([cause("servo_lag", 0.05), cause("servo_lag", 0.05)], names)
-    one = settings_of([cause("servo_lag", 0.1)], names)
-    none = settings_of([], names)
+    both = settings_of([cause("servo_lag", 0.05), cause("servo_lag", 0.05)], names, USUAL_SIZE)
+    one = settings_of([cause("servo_lag", 0.1)], names, USUAL_SIZE)
+    none = settings_of([], names, USUAL_SIZE)
     grid, command = inputs.grid, inputs.command_rad
     twice, once, plain = (shafts(grid, command, command, s, None) for s in (both, one, none))
     rest = np.abs(twice - once).max()

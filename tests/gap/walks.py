@@ -69,7 +69,9 @@ def walk(
     bare = command_trial(gait, frequency_hz, seconds, steer)
     names = machine().names
     inputs = make_inputs(bare, names)
-    read = LeggedChain(machine()).read(inputs, settings_of(causes, names, added), Drive.COMMAND)
+    read = LeggedChain(machine()).read(
+        inputs, settings_of(causes, names, machine().size, added), Drive.COMMAND
+    )
     rng = np.random.default_rng(noise_seed)
 
     def samples(values: FloatArray, sigma: float) -> FloatArray:

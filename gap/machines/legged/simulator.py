@@ -13,7 +13,7 @@ from gap.machines.legged.inputs import LeggedInputs, make_inputs
 from model.effects.catalogue import STAGES, places_of
 from model.effects.leg_kinds import check_effects, effects_of
 from model.effects.machine import LeggedMachine
-from model.effects.machine_scale import scaled_effect
+from model.effects.machine_scale import effects_for
 from model.effects.settings import Settings, UserEffect, settings_of
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
@@ -31,10 +31,8 @@ class LeggedSimulator:
     def __init__(self, machine: LeggedMachine, added: tuple[UserEffect, ...] = ()) -> None:
         self.machine = machine
         self.joints = machine.names.joints
-        known = (
-            scaled_effect(effect, machine.weight_n, machine.length_m)
-            for effect in effects_of(machine.leg)
-        )
+        scaled = effects_for(machine.size)
+        known = (scaled[effect.name] for effect in effects_of(machine.leg))
         effects = (*known, *(user.effect for user in added))
         self.effects: tuple[Effect, ...] = effects
         if not machine.names.one_joint_a_leg:
@@ -52,7 +50,7 @@ class LeggedSimulator:
         """
         inputs = self._inputs(trial)
         base = self._chain.walk(inputs, self._settings(()), Drive.MEASURED)
-        return make_observation(inputs, base.standing.load_n, self.machine.length_m)
+        return make_observation(inputs, base.standing.load_n, self.machine.size.reach_m)
 
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
         """Return what the channels would read with these causes added, (F, C).
@@ -73,12 +71,14 @@ class LeggedSimulator:
             return faults
         inputs = self._inputs(trial)
         walk = self._chain.read(inputs, self._settings(()), Drive.MEASURED)
-        return (*faults, *check_legged(inputs, walk, self.machine.weight_n))
+        return (*faults, *check_legged(inputs, walk, self.machine.size.weight_n))
 
     def _settings(self, causes: Sequence[Cause]) -> Settings:
         check_effects(causes, self.machine.leg)
         # the robot file's own last: a step or a patch that is there stays where it is
-        return settings_of((*causes, *self.machine.effects), self.machine.names, self._added)
+        return settings_of(
+            (*causes, *self.machine.effects), self.machine.names, self.machine.size, self._added
+        )
 
     def _make_inputs(self, trial: Trial) -> LeggedInputs:
         return make_inputs(trial, self.machine.names)

@@ -55,7 +55,7 @@ def in_chain(*causes: Cause) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Loads, velocities and frames of the chain fed with the shafts of a walk."""
     trial = walk("metachronal", 0.1, 8.0)
     inputs = make_inputs(trial, machine().names)
-    settings = settings_of(causes, machine().names)
+    settings = settings_of(causes, machine().names, machine().size)
     # shafts measured, forces not: loads are the model's own
     known = replace(inputs, force_n=np.full_like(inputs.force_n, np.nan))
     found = LeggedChain(machine()).walk(known, settings, Drive.MEASURED)
@@ -142,7 +142,7 @@ def test_a_mass_is_held_and_a_turned_body_meets_the_slope_from_its_side() -> Non
     aim, got = at.contact.traction.velocity_B, later.contact.traction.velocity_B
     assert aim[0] < got[0] < before[0]
     contact = machine().contact
-    mass = 0.1 * contact.mu.mean() * machine().weight_n / 0.02
+    mass = 0.1 * contact.mu.mean() * machine().size.weight_n / 0.02
     pushed = later.contact.traction.force_B[:, 0].sum()
     assert pushed == pytest.approx(mass * (got[0] - before[0]) / 0.1, rel=1e-6)
     slope = model_of(with_effects(cause("ground_slope", 0.05, 0.0)))
