@@ -53,11 +53,11 @@ quick: install ## the fast tests only
 soak: install ## long versions of tests: all cases, a hundred thousand poses, properties with many examples
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m soak
 
-constraints: ## write constraints.txt anew (needs uv)
+constraints: ## write constraints.txt again (needs uv)
 	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --upgrade \
 	    --no-annotate --no-header --no-emit-index-url --quiet --output-file constraints.txt
 
-golden: install ## write the change indicators of tests/replay anew; git diff then says what changed
+golden: install ## write the change indicators of tests/replay again; git diff then shows what changed
 	$(BIN)/python -m tests.replay.golden
 
 reliability: install ## run the fault matrix and write its table into docs/reliability.md
@@ -77,8 +77,7 @@ docs: install ## write docs/reference/ from the parser and the docstrings, and t
 	$(BIN)/python docs/write_cli_reference.py
 	$(BIN)/python docs/write_modules_reference.py
 	PYTHONPATH=. $(BIN)/python docs/write_gap_constants.py
-	$(BIN)/pdoc --docformat google --no-show-source --output-directory site model gaits drivers record sim_hw gap robot bigant \
-	    '!robot.view.rerun'  # needs bigant[rerun], 640 MB
+	$(BIN)/python docs/write_site.py
 
 clean: ## remove everything that was made
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis site runs

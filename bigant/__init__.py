@@ -2,7 +2,7 @@
 
 Called by people; nothing in the project imports it. Each name is loaded when it is first used, so that the
 import itself, and ``bigant --help``, cost nothing. It does what the commands do, by the same functions.
-Everything else is imported from the room where it lives. ``docs/notebook.md`` shows all of them at work.
+Everything else is imported from its own package. ``docs/notebook.md`` shows all of them at work.
 """
 
 import sys
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from robot.config.robot_file import RobotConfig as RobotConfig
     from robot.config.robot_file import load_robot as load_robot
 
-_ROOMS = {
+_MODULES = {
     "BigantError": "model.errors",
     "GapReport": "bigant.diagnosis",
     "Log": "bigant.logs",
@@ -59,18 +59,18 @@ _COMMANDS = {
 if not TYPE_CHECKING:  # to a type checker the names above are all
 
     def __getattr__(name: str) -> object:
-        """Load a name from its room."""
-        if name not in _ROOMS:
+        """Load a name from its module."""
+        if name not in _MODULES:
             raise AttributeError(f"bigant has no {name!r}; it has {', '.join(__dir__())}")
         check_names()
-        value = getattr(import_module(_ROOMS[name]), name)
+        value = getattr(import_module(_MODULES[name]), name)
         globals()[name] = value
         return value
 
 
 def __dir__() -> list[str]:
     """Return the names there are."""
-    return sorted({"NameConflict", *_ROOMS})
+    return sorted({"NameConflict", *_MODULES})
 
 
 if sys.argv[:1] and sys.argv[0].replace("\\", "/").rpartition("/")[2] not in _COMMANDS:

@@ -154,16 +154,16 @@ def fit_words(found: dict[str, Any]) -> str:
     ]
     worse = "worse" if heading < 0 else "better"
     return (
-        f"K comes back within {100 * worst:.1f} %. Most of the naive parameters' loss is their stiffness, "
-        f"{naive:.1f} times too soft\nfor this robot; the paper's small changes do not appear here. On the "
-        f"metachronal gait, fitting the *viscous* law makes\nheading {worse} on held-out frames "
-        f"({heading:+.1f} % from fitted to naive), and fitted mu run from {min(mu):.1f} to {max(mu):.1f}:\n"
-        "the law is wrong there, not its constants."
+        f"K is recovered within {100 * worst:.1f} %. Most of the naive parameters' error comes from their stiffness, "
+        f"{naive:.1f} times\ntoo low for this robot; the small changes that the paper found do not appear here. For the "
+        f"metachronal\ngait, fitting the *viscous* law makes heading {worse} on held-out frames "
+        f"({heading:+.1f} % from fitted to naive), and the\nfitted mu range from {min(mu):.1f} to {max(mu):.1f}: "
+        "there the law is wrong, not its parameters."
     )
 
 
 def figures_table(found: dict[str, Any], speed: dict[str, Any]) -> str:
-    """The paper's statements, ours beside them."""
+    """The paper's statements, ours next to them."""
     captions = found["captions"]
 
     def ours(name: str) -> str:
@@ -183,7 +183,7 @@ def figures_table(found: dict[str, Any], speed: dict[str, Any]) -> str:
          ours("force-field")),
         ('"within 2 % of Coulomb for abs(dv) < 0.2 abs(v)"',
          f"{barless(captions['friction-error'])} See erratum E9."),
-        ("tripod: both laws more alike than either like the robot",
+        ("tripod: the two laws are closer to each other than to the robot",
          f"{alike(tripod, 'vx', 'mm/s')}; {alike(tripod, 'yaw rate', 'mrad/s')}"),
         ("metachronal: forces show Coulomb's step",
          f"{barless(step[1])}, mu being 0.6; the viscous law walks {100 * (viscous / true - 1):.0f} % "
@@ -193,7 +193,7 @@ def figures_table(found: dict[str, Any], speed: dict[str, Any]) -> str:
         ("run time less than 3 times from 3 to 50 legs, parallel overhead below 1.5",
          f"{legs[-1]} legs cost {speed['ours_us']['median'][-1] / speed['ours_us']['median'][0]:.1f} times "
          f"{legs[0]}, overhead {speed['overhead']['median'][-1]:.2f} on two processes; "
-         "contact search drawn"),
+         "a figure shows the contact search"),
     ])  # fmt: skip
 
 
@@ -232,7 +232,7 @@ def filled(page: str, made: dict[str, str]) -> str:
 
 
 def main() -> None:
-    """Measure unless told otherwise, and write or compare the page."""
+    """Measure unless an option says not to, and write or compare the page."""
     if not {"--check", "--page"} & set(sys.argv):
         KEPT.write_text(json.dumps(measure(), indent=1) + "\n", encoding="utf-8")
     found, speed = (json.loads(path.read_text(encoding="utf-8")) for path in (KEPT, SPEED))

@@ -2,7 +2,7 @@
 
 A kind is known by the name of its entry point, which is what ``kind`` says in a machine's file. The name
 refers to a ``MachineKind``, or only a function that makes a ``Simulator`` of trials. The machines that
-come with the program are registered in the same group and come in by no other door; a machine that is not
+come with the program are registered in the same group and in no other way; a machine that is not
 installed is named as ``FILE.py:make``.
 """
 

@@ -1,4 +1,4 @@
-"""The diagnosis in its order, from trials to a verdict; ``diagnose`` is the way in.
+"""The diagnosis in its order, from trials to a verdict; call ``diagnose``.
 
-Called by commands and campaigns. Knows the engine's rooms, no machine.
+Called by commands and campaigns. Knows the engine's packages, no machine.
 """

@@ -1,4 +1,4 @@
 """How every command talks: exit codes, progress, numbers, tables, JSON, what fits a terminal.
 
-Called by every room above. Knows nothing of robots.
+Called by every package above. Knows nothing of robots.
 """

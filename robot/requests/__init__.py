@@ -1,5 +1,5 @@
-"""What each command is asked for: its help, its options, and the function that does the work.
+"""The request of each command: its help, its options, and the function that does the work.
 
-Called by ``robot.cli``, which makes the parsers of it, and by the rooms that do the work. The class is the
-command: ``bigant servo zero`` is ``robot.requests.servo.ServoZeroRequest``. Imports nothing heavy.
+Called by ``robot.cli``, which makes the parsers of it, and by the packages that do the work. The class is
+the command: ``bigant servo zero`` is ``robot.requests.servo.ServoZeroRequest``. Imports nothing heavy.
 """

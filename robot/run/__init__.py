@@ -1,4 +1,4 @@
-"""The shell around the step, the only room that waits: loop, rig, real ports, operator, run header.
+"""The shell around the step, the only package that waits: loop, rig, real ports, operator, run header.
 
 Called by ``bigant drive``, replays and bring-up. Decides nothing that the step decides.
 """

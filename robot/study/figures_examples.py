@@ -44,7 +44,7 @@ def draw_line() -> tuple[Figure, str]:
     caption = (
         f"Body velocity at balance on a line. Five legs: Coulomb {coulomb_balance(LINE_FEET)[0]:.3f} "
         f"m/s (minus the median), viscous-Coulomb {-LINE_FEET.mean():.3f} m/s (minus the "
-        f"mean). Four legs: Coulomb's law is content anywhere from {low:.3f} to {high:.3f} m/s, the "
+        f"mean). Four legs: Coulomb's law holds at any speed from {low:.3f} to {high:.3f} m/s, the "
         f"ansatz only at {-np.delete(LINE_FEET, 2).mean():.3f} m/s. The paper states both "
         "identities without figures; they hold here exactly (tested on random legs)."
     )
