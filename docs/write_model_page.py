@@ -154,11 +154,11 @@ def fit_words(found: dict[str, Any]) -> str:
     ]
     worse = "worse" if heading < 0 else "better"
     return (
-        f"K is recovered within {100 * worst:.1f} %. Most of the naive parameters' error comes from their stiffness, "
-        f"{naive:.1f} times\ntoo low for this robot; the small changes that the paper found do not appear here. For the "
-        f"metachronal\ngait, fitting the *viscous* law makes heading {worse} on held-out frames "
-        f"({heading:+.1f} % from fitted to naive), and the\nfitted mu range from {min(mu):.1f} to {max(mu):.1f}: "
-        "there the law is wrong, not its parameters."
+        f"K is recovered within {100 * worst:.1f} %. Most of the naive parameters' error comes from "
+        f"their stiffness, {naive:.1f} times\ntoo low for this robot; the small changes that the paper "
+        "found do not appear here. For the metachronal\ngait, fitting the *viscous* law makes "
+        f"heading {worse} on held-out frames ({heading:+.1f} % from fitted to naive), and the\n"
+        f"fitted mu range from {min(mu):.1f} to {max(mu):.1f}: there the law is wrong, not its parameters."
     )
 
 
