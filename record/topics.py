@@ -1,4 +1,4 @@
-"""The topic by which a log of ours is distinguished from any other bag."""
+"""The topic that distinguishes our logs from other bags."""
 
 # Each message is one whole tick.
 TICK_TOPIC = "/bigant/tick"

@@ -298,7 +298,7 @@ def check_layout(path: Path, message: TopicMessage, contents: LogContents) -> No
 def nothing_left(path: Path, contents: LogContents, what: str = "ticks") -> RecordError:
     """Return the error of a file in which nothing was to be read."""
     reason = contents.damage or f"it holds no {what}"
-    return RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
+    return RecordError(f"{path} cannot be read as a log: {reason}")
 
 
 def tick_blocks(

@@ -51,7 +51,7 @@ def cut_log(
             copy.add(record)
         if copy.messages == 0:
             raise RecordError(
-                f"{path} holds nothing from {from_s:g} to {to_s:g} s; it goes from {first_s:.2f} to "
+                f"{path} has no data from {from_s:g} to {to_s:g} s; it covers {first_s:.2f} to "
                 f"{last_s:.2f} s"
             )
     return Rewritten(copy.messages, tuple(done.damages))
@@ -111,7 +111,7 @@ def _check_fit(first: LogSurvey, second: LogSurvey) -> None:
     overlap_s = (first.last_unix_ns - second.first_unix_ns) * 1e-9
     if overlap_s >= 0:
         raise RecordError(
-            f"{first.path} and {second.path} overlap by {overlap_s:.2f} s; cut one of them first "
+            f"{first.path} and {second.path} overlap by {overlap_s:.2f} s; trim one of them first "
             "(bigant log trim)"
         )
 

@@ -126,11 +126,13 @@ def import_part(
     names = tuple(dict.fromkeys(source.ours for source in sources))
     if "time_s" not in names:
         raise RecordError(
-            f'{path} has no column time_s; name theirs in a map (--map): time_s = "their name"; '
-            f"there are {', '.join(table.names)}"
+            f'{path} has no column time_s; name its time column in a map (--map): time_s = "name"; '
+            f"its columns are {', '.join(table.names)}"
         )
     if len(names) < 2:
-        raise RecordError(f"{path} has a time and no column that we know; map its columns (--map)")
+        raise RecordError(
+            f"{path} has a time but no other known column; name its columns in a map (--map)"
+        )
     used = {name: [s for s in sources if s.ours == name] for name in names}
     time_s = summed(table, used["time_s"], []).values
     in_time = _in_time(time_s)

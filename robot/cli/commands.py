@@ -36,7 +36,7 @@ HEADINGS = {
 }
 
 GROUP_HELP = {
-    "robot": "robot files: show one, begin one, export URDF or MJCF",
+    "robot": "robot files: show one, start one, export URDF or MJCF",
     "servo": "one servo at a time: set up, back up, zero, watch, jog",
     "force": "force-torque sensors: watch, bias, identify, calibrate",
     "log": "inspect, export, trim, merge and repair logs",
@@ -52,13 +52,13 @@ COMMANDS = {
     "show": "what happened in a log: a table and a page of pictures",
     "examples": "list or copy robot files and scripts to start from",
     "robot show": "check a robot file: stability, slip, speed, torque",
-    "robot new": "begin a robot file, with comments, of a robot that walks",
+    "robot new": "write a commented robot file to start from",
     "robot export": "write the robot file as URDF or MJCF",
     "check": "is this robot ready to walk? is this computer?",
     "bringup": "the first day with a real robot, step by step",
     "devices": "list ports, servos at each baud rate, force-torque units",
     "servo watch": "live table, round trips, counters",
-    "servo setup": "bring servos into the robot file's settings",
+    "servo setup": "set servos up as the robot file says",
     "servo zero": "find the servo_zero line of the robot file",
     "servo jog": "turn one leg a little, see which one moves",
     "servo backup": "save everything the servos store to a file",

@@ -34,7 +34,7 @@ def export(request: RobotExportRequest) -> ExitCode:
         RecordError: A file cannot be written.
     """
     if request.urdf is None and request.mjcf is None:
-        raise ConfigError("robot export", "nothing to write: give --urdf OUT, --mjcf OUT or both")
+        raise ConfigError("--urdf, --mjcf", "nothing to write: give --urdf OUT, --mjcf OUT or both")
     config = load_robot(request.robot)
     wanted = (("--urdf", request.urdf, urdf_text), ("--mjcf", request.mjcf, mjcf_text))
     for option, path, make in wanted:

@@ -205,7 +205,7 @@ def between(
         except ValueError:
             value = math.nan
         if not (low <= value <= high and value < math.inf):
-            bounds = f"from {low:g} to {high:g} {unit}" if high < math.inf else f"from {low:g} on"
+            bounds = f"from {low:g} to {high:g} {unit}" if high < math.inf else f"{low:g} or more"
             raise argparse.ArgumentTypeError(f"must be {noun}{bounds.rstrip()}, not {text}")
         return value
 

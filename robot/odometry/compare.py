@@ -1,4 +1,4 @@
-"""The estimator beside simpler methods of dead reckoning over the walking part of a log, and the truth."""
+"""The estimator next to simpler methods and the ground truth, over the walking part of a log."""
 
 from dataclasses import dataclass, replace
 

@@ -95,7 +95,7 @@ def velocity_figure(comparison: OdometryComparison) -> Figure:
 
 
 def innovation_figure(fits: Sequence[SourceFit], t_s: FloatArray) -> Figure:
-    """NIS over its numbers of each kind of measurement, with its 95 % band; logarithmic."""
+    """NIS per degree of freedom of each kind of measurement, with its 95 % band; logarithmic."""
     figure = Figure(figsize=(WIDTH_IN, 0.7 + 1.25 * len(fits)), layout="constrained")
     axes = figure.subplots(len(fits), 1, sharex=True, squeeze=False)[:, 0]
     for ax, one in zip(axes, fits, strict=True):

@@ -1,4 +1,4 @@
-"""``bigant odom --live``: the estimator beside a run, while it goes on; nothing is moved, nothing touched.
+"""``bigant odom --live``: the estimator during a run; nothing is moved, nothing is written.
 
 It follows LOG, or the newest log in ``runs/``, which another controller is writing, half a second behind.
 With --hardware, it reads servos and forces itself and never asks for torque.

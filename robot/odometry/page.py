@@ -136,12 +136,10 @@ def _numbers(comparison: OdometryComparison) -> list[tuple[str, str]]:
         for one, name in zip(comparison.errors[: NAIVE + 1], of, strict=False)
         if np.isfinite(one.end_percent)
     ]
-    numbers.append((f"{100 * share_of(run, Health.OK):.0f} %", "of the time in good health"))
+    numbers.append((f"{100 * share_of(run, Health.OK):.0f} %", "of the time: health ok"))
     nees = known_mean(comparison.twist_nees)
     if np.isfinite(nees):
-        fit = (
-            "too careful" if nees < NEES_LOW else "too sure" if nees > NEES_HIGH else "about right"
-        )
+        fit = "too large" if nees < NEES_LOW else "too small" if nees > NEES_HIGH else "about right"
         numbers.append((f"{nees:.1f}", f"NEES of the velocity, 3 is ideal: error bars {fit}"))
     return numbers
 
@@ -205,7 +203,7 @@ def _innovations(comparison: OdometryComparison) -> PagePart:
     fits = sources_of(run)
     if not fits:
         return PagePart(title, words.NO_MEASUREMENT)
-    picture = _picture("NIS over its numbers", evidence.innovation_figure(fits, run.t_s), "")
+    picture = _picture("NIS per degree of freedom", evidence.innovation_figure(fits, run.t_s), "")
     return PagePart(title, words.NIS, [picture], note=f"Means of {BLOCK_S:g} s. {words.NIS_BAND}")
 
 

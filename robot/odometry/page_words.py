@@ -7,7 +7,7 @@ of itself: its own line should mostly stay below."""
 ERRORS = """Against the ground truth; smaller is better. RPE and end are in % of the path; errors of
 velocities and forces are root mean squares (RMSE)."""
 VELOCITY = """Estimated minus true velocity. About 95 % of it should lie in the grey band; more outside
-means that the estimator is too sure of itself."""
+means that the estimator is overconfident."""
 HEALTH = """What the estimator reports of itself: ok, degraded (it works, but doubts itself) or lost (the
 place is a guess)."""
 REASONS = "Each numbered row is a reason, listed below."
@@ -47,8 +47,8 @@ MEANINGS = (
     ("end, yaw", "how far off place and heading are at the end, over the length of the path"),
     ("sd", "standard deviation, as the estimator says; 95 of 100 errors should be below 2 sd"),
     ("innovation", "what a sensor measured minus what the filter expected"),
-    ("NIS", "innovation squared, in units of the variance that the filter expects; over its numbers, 1 is "
-     "ideal"),
+    ("NIS", "innovation squared, in units of the variance that the filter expects; per degree of "
+     "freedom, 1 is ideal"),
     ("NEES", "the same of the estimate's error against the ground truth; of three numbers, 3 is ideal"),
     ("gate", "the bound on an innovation beyond which the filter rejects the measurement"),
     ("mu, K", "friction coefficient and vertical stiffness of a leg"),

@@ -63,7 +63,7 @@ def check(request: OdomRequest) -> None:
         (not live and any(option is not None for option in beside),
          "--hardware, --force-unit, --duration", "go with --live; add it"),
         (not live and not request.logs, "LOG", "is missing; name a log, or use --live"),
-        (request.tunes and not several, "odom tune", "needs a log to tune by; give at least one"),
+        (request.tunes and not several, "LOG", "odom tune needs at least one"),
         (several and not request.tunes, "LOG", "give one log; only 'odom tune' takes several"),
         (request.fitted is not None and not request.compare, "--fitted", "is for --compare; add it"),
         (request.out is not None and suffix not in kinds, "--out",

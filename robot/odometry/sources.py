@@ -34,7 +34,7 @@ class SourceFit:
 
     @property
     def mean(self) -> float:
-        """Normalised innovation squared over its numbers, over all ticks; NaN without a measurement."""
+        """NIS per degree of freedom, over all ticks; NaN without a measurement."""
         count = int(self.numbers.sum())
         return float(self.squared.sum() / count) if count else np.nan
 
@@ -42,8 +42,8 @@ class SourceFit:
         """Means over blocks of ``BLOCK_S``, of the B with a measurement.
 
         Returns:
-            Middle [s], NIS over its numbers, (B,) each, and the 95 % band of the latter if the filter's
-            covariances are right, (2, B).
+            Middle [s], NIS per degree of freedom, (B,) each, and the 95 % band of the latter if the
+            filter's covariances are right, (2, B).
         """
         block = ((t_s - t_s[0]) / BLOCK_S).astype(np.int64)
         numbers = np.bincount(block, self.numbers)

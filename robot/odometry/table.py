@@ -21,8 +21,8 @@ MOST_REASONS = 5
 AXES = "xyz"
 PLACE_UNITS = ("%", "deg/m")
 NAIVE = 1  # place of the open loop among the methods
-IN_THREE = "3 is ideal, more: too sure"
-WORDS = "words such as RPE, NEES, NIS, mu, K: docs/glossary.md"
+IN_THREE = "3 is ideal, above 3: overconfident"
+WORDS = "terms (RPE, NEES, NIS, mu, K): docs/glossary.md"
 
 
 def table(comparison: OdometryComparison, width: int | None = None) -> list[str]:
@@ -73,7 +73,7 @@ class Figures(NamedTuple):
 def _fitted_lines(
     first: Column, names: Sequence[str], columns: Sequence[Figures], width: int | None, part: int
 ) -> list[str]:
-    """Figures below their names and units, beside the names of their rows.
+    """Figures below their names and units, next to the names of their rows.
 
     Those that are wider than ``width`` are two tables; the first has so many columns as ``part`` says.
     """
@@ -124,7 +124,7 @@ def leg_columns(comparison: OdometryComparison) -> list[Figures]:
 
 
 def force_columns(comparison: OdometryComparison) -> list[Figures]:
-    """RMSE of the estimator's force on each foot, each axis beside the open loop's if that is compared."""
+    """RMSE of the estimator's force on each foot, each axis next to the open loop's if that is compared."""
     methods = [("", 0)]
     if len(comparison.motions) > NAIVE:
         methods.append(("open loop ", NAIVE))
@@ -155,8 +155,8 @@ def moved_words(comparison: OdometryComparison) -> tuple[str, str, str]:
     """The displacement with its standard deviations: ahead, aside, turned."""
     (ahead_m, aside_m, yaw_rad), sd = displacement_and_sd(comparison)
     return (
-        f"{number_text(1e3 * ahead_m, 1)} +- {number_text(1e3 * sd[0], 1)} mm ahead",
-        f"{number_text(1e3 * aside_m, 1)} +- {number_text(1e3 * sd[1], 1)} mm aside",
+        f"{number_text(1e3 * ahead_m, 1)} +- {number_text(1e3 * sd[0], 1)} mm forward",
+        f"{number_text(1e3 * aside_m, 1)} +- {number_text(1e3 * sd[1], 1)} mm left",
         f"turned {number_text(math.degrees(yaw_rad), 2)} +- {number_text(math.degrees(sd[2]), 2)} deg",
     )
 
@@ -200,7 +200,8 @@ def unknown_rows(comparison: OdometryComparison) -> list[tuple[str, str]]:
 def consistency_rows(comparison: OdometryComparison) -> list[tuple[str, str]]:
     """Whether the estimator's covariances are as large as its errors: label and words."""
     parts = [
-        f"{name} {number_text(known_mean(values), 2)} (in its 95 % band: {100 * in_band(values, 3):.0f} %)"
+        f"{name} {number_text(known_mean(values), 2)} "
+        f"({100 * in_band(values, 3):.0f} % of ticks in the 95 % band)"
         for name, values in (("velocity", comparison.twist_nees), ("pose", comparison.pose_nees))
         if np.isfinite(values).any()
     ]
@@ -215,7 +216,7 @@ def innovation_rows(comparison: OdometryComparison) -> list[tuple[str, str]]:
     if not fits:
         return []
     means = ", ".join(f"{one.name} {number_text(one.mean, 2)}" for one in fits)
-    rows = [("NIS", f"over its numbers: {means} (1 is ideal)")]
+    rows = [("NIS", f"per degree of freedom: {means} (1 is ideal)")]
     settings = comparison.config.estimator.settings
     places = ", ".join(
         f"{one.place} {one.count}" for one in rejected_of(run, comparison.names, settings)

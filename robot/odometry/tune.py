@@ -190,7 +190,7 @@ def tune_command(request: OdomRequest) -> ExitCode:
 def _lines(before: Whiteness, after: Whiteness) -> list[str]:
     rows = [
         ("log likelihood", before.log_likelihood, after.log_likelihood),
-        ("NIS over its numbers (1)", before.nis_over_dof, after.nis_over_dof),
+        ("NIS per degree of freedom (1)", before.nis_over_dof, after.nis_over_dof),
         ("share in 95 % band", before.in_band, after.in_band),
         *(
             (f"lag-1 correlation F{axis} (0)", *values)

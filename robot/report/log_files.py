@@ -153,7 +153,7 @@ def _rows(survey: LogSurvey) -> list[tuple[str, str]]:
         ("file", f"{survey.path}, {survey.size / 1e6:.2f} MB"),
         ("robot", f"{m.get('robot', '?')}, legs {m.get('leg_names', '?')}"),
         ("run", f"{m.get('gait', '?')} at {m.get('frequency_hz', '?')} Hz on {m.get('hardware', '?')}"),
-        ("begun", utc_words(survey.first_unix_ns)),
+        ("started", utc_words(survey.first_unix_ns)),
         ("duration", f"{survey.duration_s:.3f} s"),
         ("ticks", f"{survey.ticks} at {_rate_hz(survey):.4g} Hz"),
         ("missing", f"{survey.lost} ticks lost from the file, {survey.skipped} periods without a tick"),

@@ -12,12 +12,12 @@ CORES = min(os.cpu_count() or 1, 4)
 class CampaignMakeRequest:
     """``bigant campaign make``: many trials of a scenario file, in parallel.
 
-    Makes DIR/references/*.parquet and DIR/cases/NAME/trial_*.parquet; nothing about these files says what
-    is wrong in them. Labels go to DIR/labels.json, or with --sealed, encrypted, to DIR/labels.sealed,
-    with hashes published beside them. A campaign that was broken off goes on where it stood when the same
-    command is given again. With --reality the robots are built as `bigant sim realities` lists, and each
-    reality has its campaign in DIR/NAME; effects that it cannot have are skipped and listed. A scenario
-    file is described in docs/twin.md.
+    Makes DIR/references/*.parquet and DIR/cases/NAME/trial_*.parquet; nothing in these files reveals the
+    faults. Labels go to DIR/labels.json, or with --sealed, encrypted, to DIR/labels.sealed, with hashes
+    published next to them. An interrupted campaign continues when the same command is given again. With
+    --reality the robots are built as `bigant sim realities` lists, and each reality has its campaign in
+    DIR/NAME; effects that it cannot have are skipped and listed. A scenario file is described in
+    docs/twin.md.
     """
 
     scenario: Path = argument("FILE", "scenario file, TOML")
@@ -51,16 +51,16 @@ class CampaignUnsealRequest:
 class CampaignScoreRequest:
     """``bigant campaign score``: diagnose a blind campaign, then open the seal and count.
 
-    The causes of a blind campaign are withheld. Each case is diagnosed with the campaign's healthy runs
-    and its answer kept in --out, before any label is looked at; cases answered already are not asked
-    again. Then the labels are opened (labels.json, or the sealed ones with --key), and every figure of
-    the protocol is printed with its bar, and the confusions. With --removed N, the first N single-effect
-    cases are diagnosed once more with their true effect taken out of the catalogue. How visible each
-    effect is, and what its true values would close, are measured: against the campaign's controls, or
-    with --scenario against walks of the twin without the effects. With --realities CAMPAIGN is a folder
-    with one campaign each (bigant campaign make --reality all): a row of figures a reality, the worst
-    named, and the constants of the probabilities fitted on all but one and judged on that one. Exit code
-    1: some bar is not met.
+    The true causes of a blind campaign are hidden. Each case is diagnosed with the campaign's healthy
+    runs, and its answer is stored in --out before any label is read; stored answers are reused. Then the
+    labels are opened (labels.json, or the sealed ones with --key), and every figure of the protocol is
+    printed with its target, and which causes were confused. With --removed N, the first N single-effect
+    cases are diagnosed once more with their true effect taken out of the catalogue. It also measures how
+    visible each effect is, and how much of the gap its true values would explain: against the campaign's
+    controls, or with --scenario against walks of the twin without the effects. With --realities, CAMPAIGN
+    is a folder with one campaign for each reality (bigant campaign make --reality all): it prints a row of
+    figures for each reality, and names the worst; the constants of the probabilities are fitted on all
+    realities but one and tested on that one. Exit code 1: some target is not met.
     """
 
     campaign: Path = argument("CAMPAIGN", "folder of bigant campaign make")
@@ -74,8 +74,8 @@ class CampaignScoreRequest:
         "N",
         default=0,
     )
-    no_references: bool = flag("do without the healthy runs")
-    realities: bool = flag("CAMPAIGN holds one campaign a reality: judge each for itself")
+    no_references: bool = flag("diagnose without the healthy runs")
+    realities: bool = flag("CAMPAIGN has one campaign for each reality: score each separately")
     dask: str | None = option(
         "scheduler of a Dask cluster that sees CAMPAIGN as well", "tcp://HOST:PORT"
     )

@@ -24,16 +24,16 @@ class ForceWatchRequest:
     """``bigant force watch``: what the force-torque unit sends, live.
 
     Per transducer forces and moments, state and age; for the stream its rate, losses and the unit's clock
-    against the host's. The robot file's bias or a calibration is subtracted. Ctrl-C ends it; the unit is
-    always told to stop on exit.
+    against the host's. The robot file's bias or a calibration is subtracted. Ctrl-C ends it; the unit's
+    stream is always stopped on exit.
     """
 
     robot: Path = robot_file()
     force_unit: str | None = option("(default: robot file)", ADDRESS)
-    seconds: float | None = option("end by itself after so long", "S", type=positive)
+    seconds: float | None = option("stop after so many seconds", "S", type=positive)
     calibration: Path | None = option("calibration file to use", "FILE")
     csv: Path | None = option("write every sample", "FILE")
-    json: bool = as_json("only what was read last, as JSON")
+    json: bool = as_json("only the last reading, as JSON")
 
 
 @request("bringup.force.bias:measure", writes=True)
@@ -41,8 +41,8 @@ class ForceBiasRequest:
     """``bigant force bias``: what the sensors read with no contact, measured on the host.
 
     Hang the robot up so that no foot touches anything. The mean over some seconds goes into a calibration
-    file, with its standard error; the unit itself is not changed unless --device is given. Refused when
-    the readings spread or wander as they do when something touches the robot.
+    file, with its standard error; the unit itself is not changed unless --device is given. Refused if the
+    readings scatter or drift, as they do if something touches the robot.
     """
 
     robot: Path = robot_file()
@@ -70,7 +70,7 @@ class ForceCalibrateRequest:
 
     Stage one fits what each sensor reads with its foot in the air (offset and leg gravity over the shaft
     angle), stage two a 6 x 6 correction from poses in which the feet carry the weight. Poses are found in
-    the logs where no shaft moves. Judged on held-out poses; nothing is written if those got worse.
+    the logs where no shaft moves. Tested on held-out poses; nothing is written if their error increased.
     --hardware virtual drives the virtual robot through such poses first, in virtual time.
     """
 
@@ -80,7 +80,7 @@ class ForceCalibrateRequest:
     )
     hardware: str | None = option("record poses first", choices=("virtual",))
     rounds: int = option(
-        "with --hardware: how often each leg is lifted (4)",
+        "with --hardware: number of times each leg is lifted (4)",
         "N",
         default=4,
         type=between(1, 50, whole=True),
@@ -108,11 +108,11 @@ class ForceCalibrateRequest:
 class ForceIdentifyRequest:
     """``bigant force identify``: press each foot, and see which transducer feels it and how it is turned.
 
-    For a robot that hangs in a frame, torque off. Each foot is pressed up, forward and to the robot's left,
-    with about 1 kg; a press is noticed by itself, and so is its end. Gives each leg's transducer, whether
-    it is mounted the right way up, and its yaw, and says which line of the robot file is to be changed to
-    what. --hardware virtual has a virtual person press the feet of a virtual robot, which --virtual-robot
-    may make differ from the robot file.
+    For a robot that hangs in a frame, torque off. Each foot is pressed up, forward and to the robot's
+    left, with about 1 kg; the beginning and the end of a press are detected. Gives each leg's transducer,
+    whether it is mounted the right way up, and its yaw, and says how to change which line of the robot
+    file. With --hardware virtual, a virtual person presses the feet of a virtual robot; --virtual-robot
+    makes it differ from the robot file.
     """
 
     hardware: str | None = option("a virtual robot and its unit", choices=("virtual",))

@@ -41,9 +41,9 @@ class GapDemoRequest:
 
     Makes eight short runs in a new folder: four of a virtual robot with the fault, four of a healthy one.
     Friction, stiffness and centre of mass differ from run to run, as they do from day to day. Diagnoses
-    them without a word about the fault, writes the page, and compares the answer with what was injected.
-    Each step is a command that is printed, to be repeated with runs of your own. Exit code 1: the answer is
-    not what was injected.
+    them without knowing the fault, writes the page, and compares the answer with what was injected. Each
+    step is a command that is printed, to be repeated with runs of your own. Exit code 1: the answer is not
+    what was injected.
     """
 
     effect: str = option(
@@ -64,12 +64,12 @@ class GapDiagnoseRequest:
     """``bigant gap diagnose``: where a simulator differs from measured runs, and why.
 
     Takes trial tables (.parquet or .csv with NAME.toml next to it) or logs. The machine's file that they
-    name picks the simulator. With --reference, healthy runs of the same machine, it finds what is new.
+    name selects the simulator. With --reference, healthy runs of the same machine, it finds what is new.
     Without them it compares the runs with the simulator as it is. Some runs are held out for testing. Exit
     code 0: a verdict was reached; 1: there is a gap that no effect of the catalogue explains.
 
-    --alone does not search for the cause. It fits each effect by itself and shows how much of the gap that
-    effect could have claimed, for example a delay.
+    --alone does not search for the cause. It fits each effect alone and shows how much of the gap that
+    effect could explain, for example a delay.
     """
 
     trials: tuple[Path, ...] = argument("TRIAL", nargs="+")
@@ -81,7 +81,7 @@ class GapDiagnoseRequest:
     )
     joint: tuple[str, ...] = several(ONLY_JOINT, "NAME")
     robot: Path | None = option(
-        "robot file to use for the trials (default: the one beside them)", "FILE"
+        "robot file to use for the trials (default: the one next to them)", "FILE"
     )
     machine: str = option(MACHINE, "FILE", default="")
     hold_out: tuple[str, ...] = several(HOLD_OUT, "KEY=VALUE")

@@ -12,8 +12,8 @@ GROUPS = "joints,commands,forces,model,odometry,imu,truth,loop"
 class LogInfoRequest:
     """``bigant log info``: what a log holds.
 
-    Duration, rate, ticks and missing ticks, topics, robot, gait, software versions and damage. Damage that
-    was stepped over makes the exit code 1.
+    Duration, rate, ticks and missing ticks, topics, robot, gait, software versions and damage. Exit code
+    1: the log is damaged.
     """
 
     path: Path = argument("LOG")
@@ -52,7 +52,7 @@ class LogTrimRequest:
 class LogMergeRequest:
     """``bigant log merge``: logs of one robot, one behind the other.
 
-    They are put in order of time, gaps between them stay, and logs that overlap are refused.
+    Gaps between the logs remain; logs that overlap are refused.
     """
 
     paths: tuple[Path, ...] = argument("LOG", nargs="+")

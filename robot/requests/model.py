@@ -23,7 +23,7 @@ LAW_NAMES = ("viscous", "coulomb", "both")
 
 @request("study.model_run:run_model", writes=True)
 class ModelRunRequest:
-    """``bigant model run``: a named system through the model, as a table and a picture."""
+    """``bigant model run``: predict the motion of a named system; a table and a picture."""
 
     system: str = argument("SYSTEM", ", ".join(SYSTEM_NAMES), choices=SYSTEM_NAMES)
     legs: int | None = option("legs of a disk or multipod, contacts of slither", "N")
@@ -40,8 +40,8 @@ class ModelRunRequest:
 class ModelSensitivityRequest:
     """``bigant model sensitivity``: naive against fitted parameters on logs (the paper's sec:tripod).
 
-    Fit stiffness and friction to the earlier half of a log (of several logs: to the first of them), and
-    judge fitted against naive parameters on the rest.
+    Fit stiffness and friction to the first half of a log (of several logs: to the first log), and compare
+    the errors of fitted and naive parameters on the rest.
     """
 
     logs: tuple[Path, ...] = argument("LOG", nargs="+")

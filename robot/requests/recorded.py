@@ -1,7 +1,6 @@
 """Requests of the commands of one word about what was recorded: ``bigant show`` and others."""
 
 import os
-import sys
 from pathlib import Path
 
 from robot.console.arguments import (
@@ -64,7 +63,7 @@ class ReportRequest:
         nargs="+",
         default=(),
     )
-    out: Path | None = option("the page (default: report.html beside the runs)", "FILE.html")
+    out: Path | None = option("the page (default: report.html next to the runs)", "FILE.html")
     pages: bool = flag("write the page of each run that has none (bigant show)")
     json: bool = as_json("the rows as JSON; a page only with --out")
     jobs: int = option(
@@ -110,7 +109,7 @@ class OdomRequest:
         "read servos and forces here; torque is never switched on", "virtual|PORT", group=WALKING
     )
     force_unit: str | None = option(FROM_ROBOT_FILE, UNIT_OR_NONE, group=WALKING)
-    duration: float | None = option("end after so long", "S", type=positive, group=WALKING)
+    duration: float | None = option("stop after so many seconds", "S", type=positive, group=WALKING)
     json: bool = as_json("the figures as JSON; with --live a line of it a second")
 
     @property
@@ -135,7 +134,7 @@ class ReplayRequest:
         "factor on all tolerances (1); 0 requires the same bits",
         "X",
         default=1.0,
-        type=between(0, sys.float_info.max),
+        type=between(0),
     )
     robot: Path | None = option("try this robot file instead of the log's", "FILE")
     gait: str | None = option(

@@ -21,9 +21,9 @@ class RobotShowRequest:
     """``bigant robot show``: the robot of a file as the model walks it, and what is wrong with it.
 
     Walks each gait of the file through kinematics and the quasi-static model and prints speed, stance,
-    static margin, tilt, clearance, slip, shaft speed and torque against their limits. Warns where the robot
-    tips, drags, rocks, slides or saturates, and of numbers that no robot has, with what to change. Exit
-    code 1: there is a warning.
+    static margin, tilt, clearance, slip, shaft speed and torque against their limits. Warns if the robot
+    tips, drags, rocks, slides or saturates, and of implausible values, and says what to change. Exit code
+    1: there is a warning.
     """
 
     robot: Path = argument(
@@ -41,8 +41,8 @@ class RobotNewRequest:
     """``bigant robot new``: begin a robot file.
 
     Writes a commented file of a robot that stands about its centre of mass and walks, with the servo's own
-    limits, gaits that suit the number of legs, and every value that is a stand-in marked as assumed. What
-    is not given as an option is asked for on a terminal; without one it is as usual.
+    limits, gaits that suit the number of legs, and every value that is a stand-in marked as assumed. On a
+    terminal it asks for what no option gives; otherwise the default is used.
     """
 
     name: str | None = option("name of the robot (Robot)", "NAME", type=file_name)
@@ -56,7 +56,7 @@ class RobotNewRequest:
     )
     length: float | None = option("hind feet to front feet, m", "M", type=between(0.005, 5, "m"))
     width: float | None = option("left feet to right feet, m", "M", type=between(0.005, 5, "m"))
-    mass: float | None = option("mass of all of it, kg", "KG", type=between(0.02, 200, "kg"))
+    mass: float | None = option("total mass, kg", "KG", type=between(0.02, 200, "kg"))
     force_sensors: str | None = option("force sensors in the legs (none)", choices=("none", "ati"))
     out: Path | None = option("the file (default: NAME.toml)", "FILE")
 
@@ -66,8 +66,8 @@ class RobotExportRequest:
     """``bigant robot export``: the robot file as URDF or MJCF.
 
     URDF is a tree: a crank joint (its value is the shaft angle) and a coupler joint a leg; the rocker that
-    closes the loop is left out, so set the coupler as the robot file's linkage has it. MJCF has the rocker
-    and closes the loop; its actuators hold shaft angles.
+    closes the loop is left out, so set the coupler's angle to match the robot file's linkage. MJCF has the
+    rocker and closes the loop; its actuators hold shaft angles.
     """
 
     robot: Path = robot_file()

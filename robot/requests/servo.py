@@ -38,9 +38,9 @@ class ServoSetupRequest:
     baud: int | None = baud_now()
     robot: Path = robot_file()
     id: int | None = option("this servo only", "N", type=SERVO_ID)
-    new_id: int | None = option("the id it is to have", "M", type=SERVO_ID)
-    new_baud: int | None = option("the baud rate to have (robot file)", "B", type=baud_rate)
-    yes: bool = flag("write without being asked")
+    new_id: int | None = option("its new id", "M", type=SERVO_ID)
+    new_baud: int | None = option("new baud rate (default: robot file)", "B", type=baud_rate)
+    yes: bool = flag("write without asking")
 
 
 @request("bringup.servo.backup:back_up")
@@ -68,7 +68,7 @@ class ServoRestoreRequest:
     path: Path = argument("FILE", "made by bigant servo backup")
     port: str = servo_port()
     baud: int | None = baud_now()
-    yes: bool = flag("write without being asked")
+    yes: bool = flag("write without asking")
 
 
 @request("bringup.servo.zero:zero")
@@ -112,7 +112,7 @@ class ServoRebootRequest:
     """``bigant servo reboot``: reboot servos, and keep what they are about to forget.
 
     Reads the hardware error and the turns first, reboots, waits until the servo is back, and checks that
-    torque is off. Says what was lost. A servo that holds torque drops what it carries, so that takes a yes.
+    torque is off. Says what was lost. A servo with torque on drops its load, so this must be confirmed.
     """
 
     port: str = servo_port()
@@ -129,8 +129,8 @@ class ServoJogRequest:
 
     For a robot that hangs in a frame, feet in the air. Only the servo that the robot file gives to the leg
     gets torque, for about three seconds; every goal goes through the safety gate. Afterwards it asks which
-    leg moved and which way its foot went, and says which line of the robot file is to be changed to what.
-    On real hardware it needs --armed. --virtual-robot is a virtual robot that differs from the robot file.
+    leg moved and which way its foot went, and says how to change which line of the robot file. On real
+    hardware it needs --armed. --virtual-robot is a virtual robot that differs from the robot file.
     """
 
     hardware: str = hardware_port()

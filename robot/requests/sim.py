@@ -52,9 +52,9 @@ class SimFaultsRequest:
 class SimEffectsRequest:
     """``bigant sim effects``: what can be wrong with the virtual robot.
 
-    A table of all effects with their parameters, units and ranges, and where each acts. Sizes are a mild
-    and a strong one; `bigant sim run --effect NAME` takes the strong one. Effects marked * are not among
-    those that a gap diagnosis knows by name.
+    A table of all effects with their parameters, units and ranges, and where each acts. Each has a mild
+    and a strong size; `bigant sim run --effect NAME` uses the strong one. Effects marked * are not in the
+    catalogue of the diagnosis.
     """
 
     json: bool = as_json("the list as JSON")
@@ -66,8 +66,8 @@ class SimRealitiesRequest:
 
     A reality is a variant of the virtual robot. Lists all of them and how each differs from the usual one:
     servo loop, gears, contact, legs, chassis, sensors, days, other robots. `bigant sim run --reality NAME`
-    walks one, and `bigant campaign make --reality NAME` makes a campaign of one. drawn-N, for any whole
-    number N, is a reality drawn from the parts of the others.
+    makes a run of one, `bigant campaign make --reality NAME` a campaign. drawn-N, for any whole number N,
+    combines parts of the others at random.
     """
 
     json: bool = as_json("the list as JSON")

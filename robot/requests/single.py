@@ -106,7 +106,7 @@ class DevicesRequest:
     """
 
     port: str | None = option(
-        "serial port, for example /dev/ttyUSB0 (every USB port); none asks for force-torque units only",
+        "serial port, for example /dev/ttyUSB0 (default: every USB port); none: force-torque units only",
         "PORT|none",
     )
     baud: int | None = baud_now()
@@ -129,8 +129,8 @@ class CompletionRequest:
 class ExamplesRequest:
     """``bigant examples``: robot files and scripts that come with the program, listed or copied.
 
-    Without names all of them. Copies go into folders as they are in the project (config/, examples/), so
-    that the commands of the pages find them.
+    Without names, all of them. Copies keep the project's folders (config/, examples/), so that commands
+    copied from the documentation find them.
     """
 
     names: tuple[str, ...] = argument(
@@ -144,7 +144,7 @@ class ExamplesRequest:
 class CheckRequest:
     """``bigant check``: the pre-flight list. Is this robot fit to walk?
 
-    Only reads, except with --armed (and on virtual hardware): there torque is switched on at the measured
+    Only reads, except with --armed and on virtual hardware: then torque is switched on at the measured
     positions, to prove that the servos' own watchdog switches it off again. Nothing is commanded to move.
     --computer checks this computer instead: versions, optional packages, disk, serial ports and their
     permissions, latency timers, real-time settings, the compiler's cache and OpenGL; no device is used.
@@ -172,13 +172,13 @@ class CheckRequest:
 class BringupRequest:
     """``bigant bringup``: the first day with a real robot, step by step.
 
-    Thirteen numbered steps for a robot that hangs in a frame: who answers, what the servos keep, each leg
-    by ten degrees, torque, watchdog, reboots, the loop, the cable pulled, each foot pressed, the force
-    unit's console, one cycle in the air, one on the floor. Each step says what it will do, asks, keeps
-    every byte, judges, and is written to one page; the same command goes on where it stopped. What the
-    steps settle about the devices is written to measured.toml, a scenario file for virtual devices. Without
-    --armed nothing moves. Virtual devices (the default) bring a virtual person with them: the day runs
-    through in virtual time. docs/first_day.md is the page to hang beside the robot.
+    Thirteen numbered steps for a robot that hangs in a frame: which devices answer, the servos' stored
+    settings, each leg by ten degrees, torque, watchdog, reboots, the loop, an unplugged cable, each foot
+    pressed, the force unit's console, one cycle in the air, one on the floor. Each step says what it will
+    do, asks, records every byte, gives a verdict, and is added to one page. The same command continues
+    where it stopped. What the steps find out about the devices is written to measured.toml, a scenario
+    file for virtual devices. Without --armed nothing moves. With virtual devices (the default) a virtual
+    person does what a person would, in virtual time. docs/first_day.md is a page to print for the lab.
     """
 
     folder: Path = option(

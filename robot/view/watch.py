@@ -50,7 +50,9 @@ def watch(request: ViewRequest) -> ExitCode:
             raise ConfigError("--ros2", "only publishes; leave out the other options")
         return publish(request)
     if request.terminal and written:
-        raise ConfigError("--terminal", "shows and writes nothing; leave out the other options")
+        raise ConfigError(
+            "--terminal", "only shows the run; leave out the options that write a file"
+        )
     if request.headless and request.save is None:
         raise ConfigError("--headless", "without a server there is nothing left to do; add --save")
     if request.save is not None and request.save.suffix not in SAVED:

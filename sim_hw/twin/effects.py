@@ -231,8 +231,8 @@ def _check(effect: TwinEffect, kind: EffectKind) -> None:
         if not (math.isfinite(value) and parameter.low <= value <= parameter.high):
             raise ConfigError(
                 f"effect {effect.name}",
-                f"{parameter.name} must be from {parameter.low:g} to {parameter.high:g} "
-                f"{parameter.unit}, not {value:g}",
+                f"{parameter.name} must be from {parameter.low:g} to "
+                f"{f'{parameter.high:g} {parameter.unit}'.rstrip()}, not {value:g}",
             )
 
 

@@ -143,7 +143,7 @@ WRONG_MAP = {
     "[table]\ndelimiter = ';;'": r"delimiter: must be one character",
     "[column]": r"column: is not a known key; did you mean 'columns'",
     "[": r"is not valid TOML",
-    "": r"has a time and no column that we know; map its columns",
+    "": r"has a time but no other known column; name its columns",
 }
 
 
@@ -159,7 +159,7 @@ def test_a_wrong_map_is_an_error_that_says_what_is_wrong(tmp_path: Path, text: s
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ("pwm_a\n1\n", r'has no column time_s; name theirs in a map .*: time_s = "their name"'),
+        ("pwm_a\n1\n", r'has no column time_s; name its time column in a map .*: time_s = "name"'),
         ("time_s,pwm_a\n,1\n", r"no row of .* has a time"),
         ("time_s,pwm_a\n", r"no row of .* has a time"),
     ],

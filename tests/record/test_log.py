@@ -196,7 +196,7 @@ def test_a_damaged_byte_is_noticed(tmp_path: Path, share: float) -> None:
 def test_what_is_no_log_is_an_error(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "log.mcap"
     path.write_bytes(content)
-    with pytest.raises(RecordError, match="is no log of ours"):
+    with pytest.raises(RecordError, match="cannot be read as a log"):
         read_log(path)
 
 

@@ -188,7 +188,7 @@ WRONG = (
     (("log", "info", "NONE"), "cannot be read: No such file"),
     (("log", "repair", "LOG", "--out", "LOG"), "is the log itself"),
     (("log", "trim", "LOG", "--from", "2", "--to", "1", "--out", "OUT.mcap"), "must lie after --from"),
-    (("log", "trim", "LOG", "--from", "999", "--out", "OUT.mcap"), "holds nothing from 999"),
+    (("log", "trim", "LOG", "--from", "999", "--out", "OUT.mcap"), "has no data from 999"),
     (("log", "merge", "LOG", "LOG", "--out", "OUT.mcap"), "overlap by"),
     (("log", "merge", "LOG", "--out", "OUT.mcap"), "two logs or more"),
     (("log", "export", "LOG", "--format", "csv", "--what", "joint"), "choose from joints"),

@@ -120,7 +120,7 @@ def test_pieces_of_a_log_merge_into_the_log(tmp_path: Path) -> None:
     [
         (1.0, 1.0, r"--to: 1 s must lie after --from 1"),
         (np.nan, 1.0, r"--to: 1 s must lie after --from nan"),
-        (5.0, 6.0, r"holds nothing from 5 to 6 s; it goes from 0\.00 to 0\.19 s"),
+        (5.0, 6.0, r"has no data from 5 to 6 s; it covers 0\.00 to 0\.19 s"),
     ],
 )
 def test_an_empty_piece_is_an_error(tmp_path: Path, from_s: float, to_s: float, words: str) -> None:

@@ -76,7 +76,7 @@ def read_pose_logs(
         contents = LogContents()
         ticks = list(read_ticks(path, contents))
         if not ticks:
-            raise RecordError(f"{path} is no log of ours, or it is empty: {contents.damage}")
+            raise RecordError(f"{path} cannot be read as a log, or it is empty: {contents.damage}")
         here = (
             load_robot(robot_file) if robot_file is not None else parse_robot(contents.config_text)
         )

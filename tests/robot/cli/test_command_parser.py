@@ -21,8 +21,8 @@ from robot.cli.main import run
         (["force", "bias", "--seconds", "0.1"], "--seconds: must be from 1 to 3600, not 0.1"),
         (["force", "calibrate", "--rounds", "51"], "must be a whole number from 1 to 50, not 51"),
         (["drive", "--steer", "2"], "--steer: must be from -1 to 1, not 2"),
-        (["gap", "diagnose", "a", "--jobs", "0"], "must be a whole number from 1 on, not 0"),
-        (["drive", "--seed", "-1"], "--seed: must be a whole number from 0 on, not -1"),
+        (["gap", "diagnose", "a", "--jobs", "0"], "must be a whole number 1 or more, not 0"),
+        (["drive", "--seed", "-1"], "--seed: must be a whole number 0 or more, not -1"),
         (["sim", "serve", "--baud", "12345"], "must be one of 9600, 57600"),
         (
             ["servo", "watch", "--port", "x", "--rate-hz", "1e9"],

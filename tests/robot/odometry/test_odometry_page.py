@@ -114,7 +114,7 @@ def test_the_page_has_every_part_with_its_picture_and_no_nan(found: OdometryComp
     assert headings(page) == list(TITLES)
     pictures = re.findall(r"aria-label='([^']+)'", page)
     assert pictures[:3] == ["Path", "Distance from the truth", "Velocity errors"]
-    assert {"Health", "NIS over its numbers", "Friction", "Stiffness"} <= set(pictures)
+    assert {"Health", "NIS per degree of freedom", "Friction", "Stiffness"} <= set(pictures)
     assert [one for one in pictures if one.startswith("Forces on")] == [
         f"Forces on {name}" for name in found.names
     ]
