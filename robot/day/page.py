@@ -48,12 +48,8 @@ def day_page(
     read = [one for one in runs if one.summary is not None]
     troubled = [(one.path.name, one.fault_words) for one in runs if one.fault_words]
     bad = len(read) < len(runs) or any(one.stopped_by_fault for one in runs)
-    sections = (
-        [Section("", picture=page_picture(_figure(read), "Figures of each run", "day"))]
-        if read
-        else []
-    )
-    sections += [
+    lead = page_picture(_figure(read), "Figures of each run", "day") if read else None
+    sections = [
         Section(
             "Runs",
             [_row(number, one, out, pages) for number, one in enumerate(read, start=1)],
@@ -67,6 +63,7 @@ def day_page(
         title,
         f"{len(runs)} log{'s' * (len(runs) != 1)}; figures of odometry need ground truth",
         sections,
+        lead=lead,
         verdict=day_sentence(runs),
         kind="warn" if bad else "pass",
     )

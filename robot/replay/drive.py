@@ -13,6 +13,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from model.errors import ConfigError, RecordError
 from model.parameters.toml_table import parse_toml
 from model.values.faults import StopReason
@@ -196,7 +198,8 @@ def _compare(request: ReplayRequest, new_log: Path, page: Path) -> None:
     dates = (date_words(old.metadata), date_words(new.metadata))
     runs = f"{request.path} (old, {dates[0]}) and {new_log} (new, {dates[1]})"
     rows = [*leg_rows(result), *body_rows(result)]
-    pictures = write_report(page, f"{request.path.name} again", runs, rows, draw_repeat(both))
+    pictures = write_report(page, f"{request.path.name} again", runs, rows, draw_repeat(both),
+                             repeat_sentence(result))  # fmt: skip
     if request.json:
         files = {"old_log": request.path, "new_log": new_log, "pictures": pictures}
         print_json(asdict(result) | files)
@@ -204,6 +207,18 @@ def _compare(request: ReplayRequest, new_log: Path, page: Path) -> None:
     for line in (*leg_table(result), *row_lines(body_rows(result))):
         print(line)
     print("pictures: " + ", ".join(str(path) for path in pictures))
+
+
+def repeat_sentence(result: Repeat) -> str:
+    """Return how far apart both runs end, in one sentence."""
+    apart = np.subtract(result.new_way, result.old_way)
+    if not np.isfinite(apart).all():
+        return f"{result.duration_s:.1f} s of both runs are compared; where one ended is not known."
+    mm, deg = 1e3 * float(np.hypot(*apart[:2])), float(np.degrees(abs(apart[2])))
+    return (
+        f"After {result.duration_s:.1f} s the new run is {mm:.1f} mm and {deg:.1f} deg from where the old "
+        "one was."
+    )
 
 
 def leg_table(result: Repeat) -> list[str]:

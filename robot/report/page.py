@@ -84,6 +84,7 @@ def report_page(
     note: str,
     sections: Sequence[Section],
     *,
+    lead: PagePicture | None = None,
     verdict: str = "",
     kind: str = "",
     footer: str = "",
@@ -95,12 +96,13 @@ def report_page(
         note: One line below it.
         sections: Parts in their order. A cell of a table that is a verdict (pass, warn, fail, skip) is
             coloured.
-        verdict: The answer, above all parts; empty for none.
+        lead: The picture that the page begins with; None for none.
+        verdict: The outcome in one sentence, below that picture; empty for none.
         kind: pass, warn or fail: the colour of the verdict.
         footer: Last line; empty for none.
     """
-    return render("report.html", title=title, note=note, sections=sections, verdict=verdict,
-                  kind=kind, footer=footer)  # fmt: skip
+    return render("report.html", title=title, note=note, sections=sections, lead=lead,
+                  verdict=verdict, kind=kind, footer=footer)  # fmt: skip
 
 
 def render(template: str, **values: object) -> str:

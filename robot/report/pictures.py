@@ -35,6 +35,7 @@ def write_report(
     note: str,
     rows: Sequence[tuple[str, str]],
     figures: Mapping[str, Figure],
+    sentence: str = "",
 ) -> tuple[Path, ...]:
     """Write pictures with a table below them as a page, or the pictures alone as PNGs; return the files.
 
@@ -43,13 +44,16 @@ def write_report(
         title: Heading.
         note: One line below it.
         rows: Label and text of each row of the table.
-        figures: Pictures by title.
+        figures: Pictures by title; a page begins with the first.
+        sentence: The outcome, below that one.
 
     Raises:
         RecordError: A file cannot be written.
     """
     if out.suffix != ".png":
-        write_text(out, report_page(title, note, [*pictures(figures), Section("Numbers", rows)]))
+        first, *others = pictures(figures)
+        parts = [*others, Section("Numbers", rows)]
+        write_text(out, report_page(title, note, parts, lead=first.picture, verdict=sentence))
         return (out,)
     return save_pictures(out, figures)
 

@@ -3,6 +3,7 @@
 Of a long log only some ticks are kept; between them the script goes straight.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -37,20 +38,44 @@ SAYS = (
 )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnLinks:
+    """The lines that all legs consist of, in F frames.
+
+    Attributes:
+        strips: Of each line: its leg, its first point and how many points it has.
+        points: Of all lines, (F, P, 3) [m], body frame.
+    """
+
+    strips: list[list[int]]
+    points: FloatArray
+
+
+def drawn_links(parameters: RobotParameters, angles_rad: FloatArray) -> DrawnLinks:
+    """Return the lines of all legs at the angles of all joints, (F, J)."""
+    points: list[FloatArray] = []
+    strips: list[list[int]] = []
+    for leg in range(parameters.legs.count):
+        for link in leg_links(parameters, leg, angles_rad):
+            strips.append([leg, sum(one.shape[1] for one in points), link.points.shape[1]])
+            points.append(link.points)
+    return DrawnLinks(strips, np.concatenate(points, axis=1))
+
+
 def replay_of(log: Recording) -> PagePicture | None:
     """Return the replay of a log; None where its robot file or its angles are not known."""
     parameters = _drawn_robot(log)
     if parameters is None:
         return None
     arrays = _arrays(log, parameters, kept_frames(log.t_s))
-    text = script_json(_packed(arrays))
+    text = script_json(packed_frames(arrays))
     return PagePicture(NAME, still_of(arrays), text, SAYS, kind="replay")
 
 
 def replay_frames(log: Recording, rows: IntArray) -> dict[str, Any] | None:
     """Return some ticks of a log as ``templates/replay.js`` takes them; None where no robot is known."""
     parameters = _drawn_robot(log)
-    return None if parameters is None else _packed(_arrays(log, parameters, rows))
+    return None if parameters is None else packed_frames(_arrays(log, parameters, rows))
 
 
 def _drawn_robot(log: Recording) -> RobotParameters | None:
@@ -77,12 +102,7 @@ def _arrays(log: Recording, parameters: RobotParameters, rows: IntArray) -> dict
     known: BoolArray = np.asarray(np.isfinite(angles).all(axis=1))
     angles = np.where(known[:, None], angles, 0.0)
     feet = leg_kinematics(parameters).feet(angles, np.zeros_like(angles)).position_m
-    points: list[FloatArray] = []
-    strips: list[list[int]] = []
-    for leg in range(len(log.names)):
-        for link in leg_links(parameters, leg, angles):
-            strips.append([leg, sum(one.shape[1] for one in points), link.points.shape[1]])
-            points.append(link.points)
+    links = drawn_links(parameters, angles)
     body = body_of(parameters)
     loaded, slip = _slip(log, rows)
     place, turn, paths = _motion(log, rows, feet, loaded)
@@ -92,8 +112,8 @@ def _arrays(log: Recording, parameters: RobotParameters, rows: IntArray) -> dict
         "t": log.t_s[rows],
         "place": place,
         "turn": turn,
-        "strips": strips,
-        "points": np.where(known[:, None, None], np.concatenate(points, axis=1), np.nan),
+        "strips": links.strips,
+        "points": np.where(known[:, None, None], links.points, np.nan),
         "feet": np.where(known[:, None, None], feet, np.nan),
         "loaded": loaded,
         "slip": slip,
@@ -150,8 +170,8 @@ def _known(values: FloatArray) -> BoolArray:
     return np.asarray(np.isfinite(values).all(axis=1, keepdims=True))
 
 
-def _packed(arrays: dict[str, Any]) -> dict[str, Any]:
-    """Arrays as text: small whole numbers times a scale where a ten-thousandth of the range is enough."""
+def packed_frames(arrays: dict[str, Any]) -> dict[str, Any]:
+    """Return arrays as text: whole numbers times a scale where a ten-thousandth of the range is enough."""
     packed: dict[str, Any] = {}
     for name, value in arrays.items():
         if name == "paths":

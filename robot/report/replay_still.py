@@ -1,5 +1,7 @@
 """The still picture of a replay: the robot amid its walk, for paper and readers without scripts."""
 
+import html
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -25,8 +27,8 @@ EDGES = (
 MEASURED, PREDICTED, PATH = "#0072B2", "#D55E00", "#0072B2"
 
 
-def still_of(arrays: dict[str, Any]) -> str:
-    """Return a frame of a replay, seen from the front right and above, as SVG."""
+def still_of(arrays: dict[str, Any], *, named: bool = False) -> str:
+    """Return a frame of a replay, seen from the front right and above, as SVG; with names at the feet."""
     known = np.flatnonzero(np.isfinite(arrays["points"]).all(axis=(1, 2)))
     row = int(known[len(known) // 2])
     turn = rotation(arrays["turn"][row])
@@ -51,7 +53,8 @@ def still_of(arrays: dict[str, Any]) -> str:
             if np.isfinite(force).all():
                 ends = np.stack([foot, foot + arrays["metres_per_newton"] * force])
                 lines.append((colour, 2.0, world(ends)))
-    return _svg(lines)
+    names = arrays["names"] if named else []
+    return _svg(lines, world(arrays["feet"][row]), names)
 
 
 def rotation(quaternion_xyzw: FloatArray) -> FloatArray:
@@ -72,7 +75,7 @@ def _seen(points: FloatArray) -> FloatArray:
     return np.column_stack([right, -(np.cos(ELEVATION) * z + np.sin(ELEVATION) * away)])
 
 
-def _svg(lines: list[tuple[str, float, FloatArray]]) -> str:
+def _svg(lines: list[tuple[str, float, FloatArray]], feet: FloatArray, names: Sequence[str]) -> str:
     seen = [(colour, width, _seen(points)) for colour, width, points in lines if len(points)]
     every = np.concatenate([points for _, _, points in seen])
     low, high = every.min(axis=0), every.max(axis=0)
@@ -84,6 +87,11 @@ def _svg(lines: list[tuple[str, float, FloatArray]]) -> str:
         f"fill='none' stroke='{colour}' stroke-width='{width:g}' stroke-linejoin='round'/>"
         for colour, width, points in seen
     )
+    for name, (x, y) in zip(names, scale * _seen(feet) + shift, strict=False):
+        drawn += (
+            f"<text x='{x:.1f}' y='{y + 13:.1f}' font-size='11' text-anchor='middle'>"
+            f"{html.escape(name)}</text>"
+        )
     return (
         f"<svg viewBox='0 0 {WIDTH:g} {HEIGHT:g}' xmlns='http://www.w3.org/2000/svg'>{drawn}</svg>"
     )

@@ -12,6 +12,7 @@ from robot.console.json_output import print_json
 from robot.console.screen_fit import columns_of
 from robot.design.concern import Severity
 from robot.design.review import RobotReview, review_robot
+from robot.report.page import Section
 from robot.report.robot_text import (
     assumed_words,
     figure_rows,
@@ -51,8 +52,9 @@ def show_robot(request: RobotShowRequest) -> ExitCode:
 
 
 def _write_page(request: RobotShowRequest, review: RobotReview) -> str:
-    from robot.report.page import Section, report_page
-    from robot.report.pictures import pictures, write_report
+    from robot.report.gait_replay import drawn_gaits, gait_replay
+    from robot.report.page import report_page
+    from robot.report.pictures import write_report
     from robot.report.robot_figures import draw_review
 
     assert request.out is not None
@@ -71,16 +73,18 @@ def _write_page(request: RobotShowRequest, review: RobotReview) -> str:
         f"{len(review.warnings)} warning{'s' if len(review.warnings) > 1 else ''}: "
         f"{', '.join(dict.fromkeys(f'{one.place} {one.topic}' for one in review.warnings))}."
     )  # fmt: skip
+    replays = [gait_replay(review.config.parameters, one) for one in review.gaits]
     page = report_page(
         review.config.name,
         f"robot file {request.robot.name}, walked through the quasi-static model",
         [
-            *pictures(figures),
             Section("What to look at", concerns, ("", "where", "what", "what to do")),
+            *drawn_gaits(review, figures, replays[1:]),
             Section("Gaits", figure_rows(review), ("", *names), range(1, len(names) + 1)),
             Section("Sizes", robot_rows(review)),
             Section("Assumed", [("", assumed_words(review))]),
         ],
+        lead=replays[0] if replays else None,
         verdict=verdict,
         kind=kind[None if worst is None else worst.severity],
         footer=version_lines()[0],

@@ -16,17 +16,16 @@ def walk_page(summary: Summary, log: Recording, source: str) -> str:
     software = log.metadata.get("software", "written by an unknown program")
     replay, curves = replay_of(log), pictures(draw_log(log))
     path, others = curves[:1], curves[1:]
-    first = [Section("", picture=replay)] if replay else path
     rest = [*others, *path] if replay else others
     groups = summary_groups(summary)
     return report_page(
         f"{robot}: {summary.gait}",
         f"{source}, {date_words(log.metadata)}, {software}",
         [
-            *first,
             Section("", facts=run_facts(summary)),
             *rest,
             *(Section(title, rows) for title, rows in groups.items()),
         ],
+        lead=replay or path[0].picture,
         verdict=run_sentence(summary),
     )

@@ -15,7 +15,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.table import row_lines
 from robot.report.page import Section, report_page
-from robot.report.pictures import pictures
+from robot.report.pictures import page_picture
 from robot.requests.model import ModelRunRequest
 from robot.study.model_plots import draw_predictions
 from robot.study.systems import build_system
@@ -54,8 +54,11 @@ def run_model(request: ModelRunRequest) -> ExitCode:
         with whole_file(out) as part:
             figure.savefig(part, dpi=DOTS_PER_INCH)
     else:
-        parts = [*pictures({"Motion": figure}), Section("Numbers", rows)]
-        write_text(out, report_page(predictions[0].system.description, "bigant model run", parts))
+        page = report_page(
+            predictions[0].system.description, "bigant model run", [Section("Numbers", rows)],
+            lead=page_picture(figure, "Motion", "0"), verdict=moved_sentence(predictions),
+        )  # fmt: skip
+        write_text(out, page)
     if not request.json:
         print(f"picture: {out}")
     return ExitCode.OK
@@ -107,6 +110,17 @@ def summarise_prediction(prediction: SystemPrediction) -> dict[str, Any]:
         "without_answer": missing,
         "not_unique": int((valid & ~solutions.unique).sum()),
     }
+
+
+def moved_sentence(predictions: Sequence[SystemPrediction]) -> str:
+    """Return how far a system moves, by each friction law, in one sentence.
+
+    Raises:
+        ModelError: No frame has an answer.
+    """
+    figures = [summarise_prediction(one) for one in predictions]
+    moved = " and ".join(f"{s['distance_m']:.3f} m by the {s['law']} law" for s in figures)
+    return f"In {figures[0]['duration_s']:.1f} s it moves {moved}."
 
 
 def prediction_rows(predictions: Sequence[SystemPrediction]) -> list[tuple[str, str]]:

@@ -11,11 +11,11 @@ from model.values.wire import WireBytes
 from record.earlier_file import keep_earlier
 from record.log.writer import LogWriter
 from robot.bringup.first_day.day import Day, DayOptions, KeepBytes, run_header, worst
-from robot.bringup.first_day.page import PAGE_FILE, day_page
 from robot.bringup.first_day.record import (
     ABORTED,
     DONE,
     FACTS_FILE,
+    PAGE_FILE,
     REFUSED,
     SKIPPED,
     Outcome,
@@ -263,10 +263,13 @@ class FirstDay:
             mapping=self._mapping,
             findings=tuple(findings),
             facts=() if day is None else tuple(day.facts),
+            curves=() if day is None else tuple(day.curves),
         )
         self.record = replace(self.record, outcomes=(*self.record.outcomes, outcome))
         save(self.record, self._folder)
-        rewrite(self._folder / PAGE_FILE, day_page(self.record))
+        from robot.bringup.first_day.page import day_page  # draws: loaded only here
+
+        rewrite(self._folder / PAGE_FILE, day_page(self.record, self._config))
         return outcome
 
 

@@ -8,6 +8,7 @@ from drivers.dynamixel.bus import ServoBus
 from drivers.wire.tap import WireTap
 from model.values.wire import Wire, WireBytes
 from record.log.header import RunHeader
+from robot.bringup.first_day.curve import DayCurve
 from robot.bringup.preflight.finding import CheckVerdict, Finding
 from robot.bringup.site import Site
 from robot.config.robot_file import RobotConfig
@@ -66,6 +67,7 @@ class Day:
         tap: Listens in on all wires of the step.
         findings: What has been found.
         facts: What has been settled.
+        curves: What each leg did, for the page.
     """
 
     config: RobotConfig
@@ -79,6 +81,7 @@ class Day:
     tap: WireTap = field(default_factory=WireTap)
     findings: list[Finding] = field(default_factory=list)
     facts: list[Fact] = field(default_factory=list)
+    curves: list[DayCurve] = field(default_factory=list)
 
     def note(self, *findings: Finding) -> None:
         """Take findings."""

@@ -14,9 +14,10 @@ from drivers.dynamixel.unknowns import NUDGE_TICKS, gains_at_mode_change, goal_a
 from drivers.dynamixel.watchdog import TRIPPED, prove_watchdog
 from gaits.plan import Hold
 from model.errors import BusError, ConnectionLost
+from robot.bringup.first_day.curve import turning_curves
 from robot.bringup.first_day.day import Day
 from robot.bringup.mapping.jog import MID_STANCE, Jog, jog_findings, jog_leg
-from robot.bringup.mapping.motion import GatedShafts, limp_afterwards
+from robot.bringup.mapping.motion import GatedShafts, JogTrack, limp_afterwards
 from robot.bringup.preflight.finding import failed, passed, skipped, warned
 from robot.console.person import Hand, Work
 
@@ -39,10 +40,14 @@ def legs(day: Day) -> None:
     if not port.openPort():
         raise BusError(f"{port.name} cannot be opened", port=port.name)
     jogs: list[Jog] = []
+
+    def keep(leg: str, track: JogTrack) -> None:
+        day.curves.extend(turning_curves([leg], track.t_ns, track.angle_rad, track.goal_rad))
+
     with ExitStack() as stack:
         stack.callback(port.closePort)
         for leg in range(len(day.config.servo_bus.names)):
-            jogs.append(jog_leg(port, day.config, leg, JOG_DEG, day.person))
+            jogs.append(jog_leg(port, day.config, leg, JOG_DEG, day.person, keep))
             day.heard()
     day.note(*jog_findings(jogs, day.config.servo_bus))
 
@@ -85,6 +90,9 @@ def torque(day: Day) -> None:
                 shafts.follow(Hold(shafts.angle_rad), 0.0)
             track = shafts.follow(Hold(shafts.angle_rad), HOLD_S)
         after = [_read(servo) for servo in servos]
+    day.curves.extend(
+        turning_curves(bus.settings.names, track.t_ns, track.angle_rad, track.goal_rad)
+    )
     moved = np.degrees(np.abs(track.angle_rad - track.goal_rad)).max(axis=0)
     day.heard()
     for k, servo in enumerate(servos):

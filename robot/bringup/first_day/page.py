@@ -1,17 +1,29 @@
-"""The page of the first day: every step, what to do, what is measured."""
+"""The page of the first day: the robot by what was found, one sentence, then every step in numbers."""
 
+from robot.bringup.first_day.picture import curves_picture, draw_day
 from robot.bringup.first_day.record import DONE, Record
 from robot.bringup.first_day.steps import STEPS
 from robot.bringup.preflight.finding import CheckVerdict
+from robot.config.robot_file import RobotConfig
 from robot.console.installed import version_lines
 from robot.report.page import Section, report_page
+from robot.report.pictures import page_picture
+from robot.report.plan_view import LegPlaces, leg_places
 from robot.report.run_date import utc_words
 
-PAGE_FILE = "first_day.html"
+SAYS = (
+    "Left: each leg by the worst that the latest outcome of a step found about it. Right: what each step "
+    "found, a mark a finding; the numbers are those of the page to print."
+)
 
 
-def day_page(record: Record) -> str:
-    """Return the page."""
+def day_page(record: Record, config: RobotConfig) -> str:
+    """Return the page.
+
+    Args:
+        record: The day so far.
+        config: The robot file in use.
+    """
     latest = record.latest
     failing = [outcome for outcome in latest.values() if outcome.verdict is CheckVerdict.FAIL]
     bad = [str(outcome.number) for outcome in failing if outcome.ended == DONE]
@@ -29,7 +41,10 @@ def day_page(record: Record) -> str:
     return report_page(
         f"{record.robot}: first day",
         f"{where}; {len(record.outcomes)} outcomes, the last of each step is shown",
-        [_advice(record), _table(record), _facts(record), *_details(record)],
+        [_advice(record), _table(record), _facts(record), *_details(record, leg_places(config))],
+        lead=page_picture(
+            draw_day(record, config), "The robot from above, and all steps", "0", SAYS
+        ),
         verdict=verdict,
         kind=kind,
         footer=version_lines()[0],
@@ -72,14 +87,20 @@ def _shown(value: object) -> str:
     return repr(value) if isinstance(value, str) else str(value)
 
 
-def _details(record: Record) -> list[Section]:
+def _details(record: Record, places: LegPlaces) -> list[Section]:
     titles = {step.number: step.title for step in STEPS}
-    return [
-        Section(
-            f"Step {number}: {titles[number]}",
-            [(f.verdict.value, f.name, f.found) for f in outcome.findings],
-            ("", "what", "found"),
-        )
-        for number, outcome in record.latest.items()
-        if number in titles
-    ]
+    sections = []
+    for number, outcome in record.latest.items():
+        if number not in titles:
+            continue
+        title, rows = f"Step {number}: {titles[number]}", [
+            (f.verdict.value, f.name, f.found) for f in outcome.findings
+        ]  # fmt: skip
+        if outcome.curves:
+            picture = curves_picture(
+                f"{title}, each leg", f"step-{number}", outcome.curves, places.sides
+            )
+            sections.append(Section(title, picture=picture))
+            title = ""
+        sections.append(Section(title, rows, ("", "what", "found")))
+    return sections

@@ -15,6 +15,7 @@ from record.earlier_file import earlier_files
 from record.json_text import parse_json
 from record.toml_file import reading
 from record.whole_file import write_text
+from robot.bringup.first_day.curve import DayCurve, read_curve
 from robot.bringup.first_day.day import Fact
 from robot.bringup.preflight.finding import CheckVerdict, Finding
 from robot.report.run_date import utc_words
@@ -23,6 +24,7 @@ KIND = "bigant bringup"
 VERSION = 1
 STATE_FILE = "first_day.json"
 FACTS_FILE = "measured.toml"
+PAGE_FILE = "first_day.html"
 DONE, SKIPPED, REFUSED, ABORTED = "done", "skipped", "refused", "aborted"
 TABLES = ("servo", "force_unit", "adapter")
 
@@ -42,6 +44,7 @@ class Outcome:
         mapping: Digest of the robot file's ids, signs and zeros.
         findings: What was found.
         facts: What was settled.
+        curves: What each leg did.
     """
 
     number: int
@@ -53,6 +56,7 @@ class Outcome:
     mapping: str
     findings: tuple[Finding, ...]
     facts: tuple[Fact, ...]
+    curves: tuple[DayCurve, ...] = ()
 
     @property
     def good(self) -> bool:
@@ -163,13 +167,20 @@ def load(folder: Path) -> Record | None:
 
 def _outcome(data: dict[str, Any]) -> Outcome:
     findings = tuple(
-        Finding(one["name"], CheckVerdict(one["verdict"]), one["found"], one["advice"])
+        Finding(
+            one["name"],
+            CheckVerdict(one["verdict"]),
+            one["found"],
+            one["advice"],
+            tuple(one.get("legs", ())),
+            one.get("part", ""),
+        )
         for one in data["findings"]
     )
     facts = tuple(Fact(**one) for one in data["facts"])
-    return Outcome(
-        **{**data, "verdict": CheckVerdict(data["verdict"]), "findings": findings, "facts": facts}
-    )
+    curves = tuple(map(read_curve, data.get("curves", ())))
+    read = {"findings": findings, "facts": facts, "curves": curves}
+    return Outcome(**{**data, "verdict": CheckVerdict(data["verdict"]), **read})
 
 
 def facts_text(record: Record) -> str:

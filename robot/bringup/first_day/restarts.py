@@ -8,6 +8,7 @@ from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.reboot import REBOOT_LIMIT_S
 from drivers.dynamixel.units import TICKS_PER_TURN
 from model.errors import BusError
+from robot.bringup.first_day.curve import DayCurve
 from robot.bringup.first_day.day import Day
 from robot.bringup.preflight.computer import host_settings
 from robot.bringup.preflight.finding import failed, passed, skipped, warned
@@ -33,6 +34,10 @@ def reboots(day: Day) -> None:
         times = {servo.leg: [_timed(servo) for _ in range(day.options.reboots)] for servo in servos}
         end = servos[0].read("present_position")
         on = [servo.leg for servo in servos if servo.read("torque_enable")]
+    day.curves.extend(
+        DayCurve(leg, "reboot", "deaf [s]", tuple(range(1, len(some) + 1)), tuple(some))
+        for leg, some in times.items()
+    )
     every = np.array([one for some in times.values() for one in some])
     middle = float(np.median(every))
     found = (

@@ -1,7 +1,10 @@
 """Steps 10 and 11: each foot pressed, and the force-torque unit's console read without writing anything."""
 
 import re
+from collections.abc import Sequence
 from contextlib import ExitStack
+
+import numpy as np
 
 from drivers.ati.console import Console
 from drivers.ati.links import TextLink
@@ -10,11 +13,13 @@ from drivers.ati.settings import ForceSensorSettings
 from drivers.ati.stream import ForceStream
 from drivers.ati.unit_state import STATE_COMMANDS, UnitState, read_unit_state
 from drivers.clock import Clock
+from model.motion.se2 import turned
 from model.values.readings import ForceRecord
 from model.values.wire import Wire, WireBytes
 from record.whole_file import write_text
+from robot.bringup.first_day.curve import DayCurve
 from robot.bringup.first_day.day import Day
-from robot.bringup.mapping.identify import PressedFeet, press_findings
+from robot.bringup.mapping.identify import PRESSES, Press, PressedFeet, press_findings
 from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned
 from robot.bringup.preflight.forces import calibration_findings
 from robot.run.force_unit import started, why_no_unit
@@ -23,6 +28,9 @@ from robot.run.rig import Wires
 CONSOLE_FILE = "console.txt"
 # Bits of the first status word that ATI's pages do not explain.
 UNKNOWN_BITS = 0xC0C0_F000
+# What is pressed with: about 1 kg.
+ABOUT_N = 9.8
+PRESS_LABEL = "1 up, 2 forward, 3 left"
 QUIET_S = 0.3
 GREETING_S = 1.0
 LONGEST_S = 3.0
@@ -44,8 +52,29 @@ def feet(day: Day) -> None:
             if number:
                 presses += pressed.identify(leg)
                 pieces += day.heard()
+    day.curves.extend(press_curves(presses, wires.unit))
     day.note(*press_findings(presses, wires.unit))
     _stream_facts(day, (*pieces, *day.heard()))
+
+
+def press_curves(presses: Sequence[Press], settings: ForceSensorSettings) -> list[DayCurve]:
+    """Return how hard each foot was pressed along each direction, by yaw and up of the robot file. Pure."""
+    curves = []
+    along = {hand: axis for axis, (hand, _) in zip((2, 0, 1), PRESSES, strict=True)}
+    for name, yaw, up in zip(settings.names, settings.yaw_rad, settings.up, strict=True):
+        mine = [press for press in presses if press.leg == name and press.transducer]
+        measured = []
+        for press in mine:
+            x, y, z = np.array(press.force_n) * (1, up, up)
+            body = (*turned(x, y, float(yaw)), z)
+            measured.append(round(float(body[along[press.hand]]), 2))
+        number = tuple(float([hand for hand, _ in PRESSES].index(press.hand) + 1) for press in mine)
+        if mine:
+            expected = (ABOUT_N,) * len(mine)
+            curves.append(
+                DayCurve(name, PRESS_LABEL, "force [N]", number, tuple(measured), expected)
+            )
+    return curves
 
 
 def _short_stream(day: Day, wires: Wires) -> tuple[WireBytes, ...]:

@@ -9,6 +9,7 @@ from gaits.catalog import default_gait
 from model.values.faults import StopReason
 from model.values.tick import Mode, Tick
 from record.log.background import BackgroundWriter
+from robot.bringup.first_day.curve import turning_curves
 from robot.bringup.first_day.day import Day, run_header
 from robot.bringup.mapping.motion import TorqueStillOn, current_words, largest
 from robot.bringup.preflight.design import design_findings
@@ -37,6 +38,9 @@ class Watched:
         self.temperature_c = 0.0
         self.begin_rad: np.ndarray | None = None
         self.end_rad: np.ndarray | None = None
+        self.t_ns: list[int] = []
+        self.angles_rad: list[np.ndarray] = []
+        self.sent_rad: list[np.ndarray] = []
 
     def show(self, tick: Tick) -> None:
         """Take one tick."""
@@ -48,6 +52,9 @@ class Watched:
             if self.begin_rad is None:
                 self.begin_rad = joints.angle_rad
             self.end_rad = joints.angle_rad
+            self.t_ns.append(tick.t_ns)
+            self.angles_rad.append(joints.angle_rad)
+            self.sent_rad.append(tick.sent.angle_rad)
             lag = np.abs(joints.angle_rad - tick.sent.angle_rad)
             self.lag_rad = max(self.lag_rad, float(np.nanmax(lag)))
             self.current_a = float(np.fmax(self.current_a, largest(joints.current_a)))
@@ -125,6 +132,14 @@ def _shafts(day: Day, watched: Watched) -> None:
     if watched.begin_rad is None or watched.end_rad is None:
         day.note(failed("shafts", "it never walked", f"look at it: bigant show {day.log}"))
         return
+    day.curves.extend(
+        turning_curves(
+            day.config.servo_bus.names,
+            np.array(watched.t_ns),
+            np.array(watched.angles_rad),
+            np.array(watched.sent_rad),
+        )
+    )
     turns = np.abs(watched.end_rad - watched.begin_rad) / (2 * np.pi)
     found = (
         f"turned {turns.min():.2f} to {turns.max():.2f} turns; at most {np.degrees(watched.lag_rad):.1f} "

@@ -5,7 +5,7 @@ leg moved, and which way its foot went; what the robot file would have to say fo
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -19,7 +19,9 @@ from gaits.plan import Hold
 from model.errors import BusError, ConfigError
 from robot.bringup.mapping.motion import (
     GatedShafts,
+    JogTrack,
     current_words,
+    joined_track,
     largest,
     leg_settings,
     limp_afterwards,
@@ -90,7 +92,12 @@ class Jog:
 
 
 def jog_leg(
-    port: ClockedPort, config: RobotConfig, leg: int, degrees: float, person: Person
+    port: ClockedPort,
+    config: RobotConfig,
+    leg: int,
+    degrees: float,
+    person: Person,
+    keep: Callable[[str, JogTrack], None] = lambda *_: None,
 ) -> Jog:
     """Turn one leg and back; torque is on for about three seconds, on one servo only.
 
@@ -100,6 +107,7 @@ def jog_leg(
         leg: Leg index.
         degrees: How far, in the leg's sense.
         person: Watches.
+        keep: Takes the leg and what its shaft did.
 
     Raises:
         BusError: The servo does not answer or follow; its torque is off.
@@ -121,8 +129,9 @@ def jog_leg(
         target = begin + math.radians(degrees)
         out = shafts.follow(_move(port, begin, target), MOVE_S, person.meanwhile)
         top = shafts.follow(Hold(target), REST_S, person.meanwhile)
-        shafts.follow(_move(port, target, begin), MOVE_S, person.meanwhile)
+        down = shafts.follow(_move(port, target, begin), MOVE_S, person.meanwhile)
         back = shafts.follow(Hold(begin), REST_S, person.meanwhile)
+    keep(name, joined_track([out, top, down, back]))
     legs = config.servo_bus.names
     moved = person.sees(
         Sight.WHICH_LEG, f"{name} was turned: which leg moved?", (*legs, NOTHING, SEVERAL)

@@ -4,7 +4,7 @@ The watch over the servos is the controller's own (``robot.control.safety``). Th
 the block is left, and no Ctrl-C cuts that short.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -15,7 +15,7 @@ from drivers.dynamixel.joints import joint_state
 from drivers.dynamixel.settings import ServoBusSettings
 from gaits.plan import Plan
 from model.errors import BusError
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, IntArray
 from model.values.legs import JointCommand, JointState
 from robot.config.robot_file import RobotConfig
 from robot.control.safety import Refused, ServoVerdict, gate, watch_servos
@@ -67,11 +67,13 @@ class JogTrack:
     """What the shafts did, T ticks of N shafts.
 
     Attributes:
+        t_ns: When each tick began, (T,).
         goal_rad: Goals, (T, N) [rad].
         angle_rad: Angles measured at the beginning of each tick, (T, N) [rad]; NaN where unknown.
         current_a: Currents, (T, N) [A].
     """
 
+    t_ns: IntArray
     goal_rad: FloatArray
     angle_rad: FloatArray
     current_a: FloatArray
@@ -122,10 +124,11 @@ class GatedShafts:
             ConnectionLost: The port is gone.
         """
         bus, clock = self._bus, self._bus.clock
-        goals, angles, currents = [], [], []
+        times, goals, angles, currents = [], [], [], []
         begin_ns = deadline_ns = clock.now_ns()
         while deadline_ns <= begin_ns + seconds * 1e9:
             clock.sleep_until_ns(deadline_ns)
+            times.append(clock.now_ns())
             readings = bus.read()
             joints = joint_state(readings, bus.settings)
             self._verdict = watch_servos(
@@ -145,7 +148,15 @@ class GatedShafts:
             currents.append(joints.current_a)
             meanwhile((clock.now_ns() - begin_ns) * 1e-9)
             deadline_ns = max(deadline_ns + self._period_ns, clock.now_ns())
-        return JogTrack(np.array(goals), np.array(angles), np.array(currents))
+        return JogTrack(np.array(times), np.array(goals), np.array(angles), np.array(currents))
+
+
+def joined_track(tracks: Sequence[JogTrack]) -> JogTrack:
+    """Return tracks of the same shafts one behind the other."""
+    parts = zip(
+        *((one.t_ns, one.goal_rad, one.angle_rad, one.current_a) for one in tracks), strict=True
+    )
+    return JogTrack(*map(np.concatenate, parts))
 
 
 def largest(current_a: FloatArray) -> float:

@@ -1,7 +1,7 @@
 """``bigant check``: servos, force-torque unit, computer and loop of one robot, looked at in this order."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,29 +15,34 @@ from robot.bringup.preflight.computer import host_settings, software_findings
 from robot.bringup.preflight.design import design_findings
 from robot.bringup.preflight.doctor import check_computer
 from robot.bringup.preflight.finding import (
-    CheckVerdict,
+    COMPUTER,
+    FORCE_UNIT,
+    IMU,
+    LOOP,
+    ROBOT_FILE,
+    SERVOS,
     Finding,
     count_line,
     exit_code,
     failed,
+    in_part,
     listed,
     plain_findings,
     skipped,
 )
 from robot.bringup.preflight.forces import force_findings
-from robot.bringup.preflight.imu import NAME as IMU
+from robot.bringup.preflight.imu import NAME as IMU_NAME
 from robot.bringup.preflight.imu import imu_findings
 from robot.bringup.preflight.loop import LoopFigures, loop_finding, run_loop
+from robot.bringup.preflight.servo_figures import ServoFigures
 from robot.bringup.preflight.servos import servo_findings
 from robot.bringup.servo.access import bus_of
 from robot.config.imu import ImuConfig
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
-from robot.console.installed import version_lines
 from robot.console.json_output import print_result
 from robot.console.progress import StatusLine
 from robot.design.review import review_for_run
-from robot.report.page import Section, report_page
 from robot.report.run_date import utc_words
 from robot.requests.single import VIRTUAL, CheckRequest
 from robot.run.force_unit import NO_UNIT, check_no_unit, open_force_links, wanted_unit, why_no_unit
@@ -46,7 +51,6 @@ from robot.virtual.open import start_virtual
 
 LISTEN_S = 3.0
 PERCENTILES = ("p50", "p95", "p99", "max")
-PERCENTILE_WORDS = ("half of the ticks", "95 %", "99 %", "the latest")
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,21 +87,17 @@ def check(request: CheckRequest) -> ExitCode:
         return check_computer(request)
     if request.html is not None and request.html.suffix != ".html":
         raise ConfigError("--html", f"must end in .html, not {request.html.name!r}")
-    figures: list[LoopFigures] = []
+    figures, servos = list[LoopFigures](), ServoFigures()
     with ExitStack() as stack, StatusLine() as status:
         target = _target(request, stack)
-        looking = _findings(target, request.loop, figures, status)
+        looking = _findings(target, request.loop, figures, servos, status)
         findings = listed(looking, status, quiet=request.json)
     print_result(_as_json(findings, figures), [count_line(findings)], as_json=request.json)
     if request.html is not None:
-        page = check_page(
-            target.config.name,
-            request.hardware,
-            findings,
-            figures,
-            robot_file=_short(request.robot),
-            date=utc_words(time.time_ns()),
-        )
+        from robot.bringup.preflight.page import CheckedRobot, check_page  # draws
+
+        robot = CheckedRobot(target.config, request.hardware, _short(request.robot))
+        page = check_page(robot, findings, figures, servos, date=utc_words(time.time_ns()))
         write_text(request.html, page, "--html")
         if not request.json:
             print(f"page: {request.html}")
@@ -127,28 +127,33 @@ def _target(request: CheckRequest, stack: ExitStack) -> Target:
 
 
 def _findings(
-    target: Target, loop_s: float | None, figures: list[LoopFigures], status: StatusLine
+    target: Target,
+    loop_s: float | None,
+    figures: list[LoopFigures],
+    servos: ServoFigures,
+    status: StatusLine,
 ) -> Iterator[Finding]:
-    yield from software_findings()
-    yield from design_findings(review_for_run(target.config))
+    yield from in_part(COMPUTER, software_findings())
+    yield from in_part(ROBOT_FILE, design_findings(review_for_run(target.config)))
     status.step("looking at the servos ...")
     with closing(bus_of(target.port, None, target.config)) as bus:
-        yield from _servo_findings(bus, target)
+        yield from in_part(SERVOS, _servo_findings(bus, target, servos))
     if target.unit is None:
-        yield skipped("force unit", why_no_unit(target.config.force_sensor))
+        why = why_no_unit(target.config.force_sensor)
+        yield from in_part(FORCE_UNIT, [skipped("force unit", why)])
     else:
         status.step(f"listening to the force-torque unit, {LISTEN_S:g} s ...")
-        yield from _force_findings(target.unit)
+        yield from in_part(FORCE_UNIT, _force_findings(target.unit))
     if target.imu is not None:
         status.step(f"listening to the IMU, {LISTEN_S:g} s ...")
-        yield from _imu_findings(target.imu)
+        yield from in_part(IMU, _imu_findings(target.imu))
     if loop_s is not None:
-        yield _loop_finding(target, loop_s, figures, status)
+        yield from in_part(LOOP, [_loop_finding(target, loop_s, figures, status)])
 
 
-def _servo_findings(bus: ServoBus, target: Target) -> Iterator[Finding]:
+def _servo_findings(bus: ServoBus, target: Target, figures: ServoFigures) -> Iterator[Finding]:
     try:
-        yield from servo_findings(bus, target.config, armed=target.armed)
+        yield from servo_findings(bus, target.config, armed=target.armed, figures=figures)
     except ConnectionLost as error:
         yield failed("port", str(error), "put the cable back and check again")
 
@@ -169,7 +174,7 @@ def _imu_findings(imu: ImuConfig) -> Iterator[Finding]:
     try:
         listener = open_imu(imu, clock)
     except ConfigError as error:
-        yield failed(IMU, str(error), "plug it in, or correct its port in the robot file")
+        yield failed(IMU_NAME, str(error), "plug it in, or correct its port in the robot file")
         return
     with closing(listener):
         yield from imu_findings(listener, imu, clock, LISTEN_S)
@@ -206,49 +211,3 @@ def _as_json(findings: list[Finding], figures: list[LoopFigures]) -> dict[str, o
             "ended": loop.reason.name.lower(),
         }
     return result
-
-
-def check_page(
-    robot: str,
-    port: str,
-    findings: Sequence[Finding],
-    loops: Sequence[LoopFigures],
-    *,
-    robot_file: str,
-    date: str,
-) -> str:
-    """Return the page.
-
-    Args:
-        robot: Name of the robot.
-        port: Its servo port, or that it was virtual.
-        findings: The list.
-        loops: Figures of the loop, if it was run.
-        robot_file: The robot file that was used.
-        date: When it was looked at.
-    """
-    bad = [one.name for one in findings if one.verdict is CheckVerdict.FAIL]
-    where = "virtual devices" if port == VIRTUAL else port
-    todo = [(one.name, one.advice) for one in findings if one.advice]
-    rows = [(one.verdict.value, one.name, one.found) for one in findings]
-    return report_page(
-        f"{robot}: pre-flight",
-        f"{date}; {where}; robot file {robot_file}; {count_line(findings)}",
-        [
-            Section("What to do", todo),
-            Section("Checks", rows, ("", "check", "found")),
-            *map(_loop_section, loops),
-        ],
-        verdict=f"Not fit to walk: {', '.join(bad)}." if bad else "Fit to walk.",
-        kind="fail" if bad else "pass",
-        footer=version_lines()[0],
-    )
-
-
-def _loop_section(loop: LoopFigures) -> Section:
-    rows = [
-        (words, f"{late:.3f}", f"{busy:.3f}")
-        for words, late, busy in zip(PERCENTILE_WORDS, loop.late_ms, loop.busy_ms, strict=True)
-    ]
-    head = (f"{loop.ticks} ticks of {loop.period_ms:g} ms", "late, ms", "work, ms")
-    return Section("The loop without torque", rows, head, (1, 2))

@@ -2,10 +2,14 @@
 
 import enum
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 from robot.console.exit_codes import ExitCode
 from robot.console.progress import StatusLine
+
+# Parts of the robot that findings are about.
+COMPUTER, ROBOT_FILE, SERVOS, FORCE_UNIT = "Computer", "Robot file", "Servos", "Force unit"
+IMU, LOOP = "IMU", "Loop"
 
 
 class CheckVerdict(enum.Enum):
@@ -26,12 +30,16 @@ class Finding:
         verdict: How it ended.
         found: What was found, or why it was skipped.
         advice: What to do; empty if it passed.
+        legs: Legs that it is about; empty where it is about none in particular.
+        part: What part of the robot it is about.
     """
 
     name: str
     verdict: CheckVerdict
     found: str
     advice: str = ""
+    legs: tuple[str, ...] = ()
+    part: str = ""
 
 
 def passed(name: str, found: str) -> Finding:
@@ -52,6 +60,16 @@ def failed(name: str, found: str, advice: str) -> Finding:
 def skipped(name: str, why: str) -> Finding:
     """Return a check that was not made."""
     return Finding(name, CheckVerdict.SKIP, why)
+
+
+def about(legs: Iterable[str], finding: Finding) -> Finding:
+    """Return a finding about some legs."""
+    return replace(finding, legs=tuple(legs))
+
+
+def in_part(part: str, findings: Iterable[Finding]) -> Iterator[Finding]:
+    """Return findings about a part of the robot, as they come."""
+    return (replace(finding, part=part) for finding in findings)
 
 
 def lines_of(finding: Finding) -> list[str]:

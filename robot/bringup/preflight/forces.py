@@ -16,7 +16,7 @@ from drivers.clock import Clock
 from model.errors import ForceStreamError
 from model.values.arrays import BoolArray
 from model.values.readings import ForceRecord
-from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned
+from robot.bringup.preflight.finding import Finding, about, failed, passed, skipped, warned
 from robot.console.table import number_text
 
 LOOK_NS = 20_000_000
@@ -91,7 +91,7 @@ def calibration_findings(
     """Ask each transducer for its calibration; also return whether forces can be had of all."""
     good: list[Calibration] = []
     bad: dict[str, list[str]] = {}  # legs by what went wrong
-    raw: list[str] = []
+    raw: dict[str, str] = {}
     for leg, number in zip(settings.names, settings.transducers, strict=True):
         if number == 0:
             continue
@@ -103,12 +103,12 @@ def calibration_findings(
             continue
         good.append(calibration)
         if not calibration.mult_on:
-            raw.append(f"transducer {number} ({leg})")
+            raw[leg] = f"transducer {number} ({leg})"
     findings = [_units(good, bad)]
     if raw:
         advice = "on the unit's console: TRANS n, CAL MULT ON, then SAVEALL"
-        found = f"{', '.join(raw)} send raw gage counts"
-        findings.append(failed("matrix (MULT)", found, advice))
+        found = f"{', '.join(raw.values())} send raw gage counts"
+        findings.append(about(raw, failed("matrix (MULT)", found, advice)))
     elif good:
         findings.append(passed("matrix (MULT)", "on"))
     return findings, not bad and not raw
@@ -119,7 +119,10 @@ def _units(good: list[Calibration], bad: dict[str, list[str]]) -> Finding:
         found = "; ".join(f"{', '.join(legs)}: {text}" for text, legs in bad.items())
         if not good and len(bad) > 1:  # they share one console, and what follows comes of the first
             found = f"{next(iter(bad))} (so no leg could be asked)"
-        return failed("force units", found, "check TRANS and CAL on the unit's console")
+        legs = [leg for some in bad.values() for leg in some]
+        return about(
+            legs, failed("force units", found, "check TRANS and CAL on the unit's console")
+        )
     never = [str(c.transducer) for c in good if not c.calibrated]
     if never:
         return warned(
@@ -219,26 +222,23 @@ def _clock_offset(received: Received, unix_offset_ns: int) -> Finding:
 def _transducers(received: Received, settings: ForceSensorSettings) -> Finding:
     always = np.logical_and.reduce([record.present for record in received.records])
     if absent := _used_where(~always, settings):
-        return failed(
-            "transducers",
-            f"not in the records: {', '.join(absent)}",
-            "switch them on with XPWR on the unit's console",
-        )
+        found = f"not in the records: {', '.join(absent.values())}"
+        advice = "switch them on with XPWR on the unit's console"
+        return about(absent, failed("transducers", found, advice))
     return passed("transducers", f"all {np.count_nonzero(settings.transducers)} in every record")
 
 
-def _used_where(holds: BoolArray, settings: ForceSensorSettings) -> list[str]:
-    """Name the transducers of legs for which something holds."""
+def _used_where(holds: BoolArray, settings: ForceSensorSettings) -> dict[str, str]:
+    """Name the transducers of legs for which something holds, by leg."""
     numbers = zip(settings.names, settings.transducers.tolist(), strict=True)
-    return [f"{number} ({leg})" for leg, number in numbers if number and holds[number - 1]]
+    return {leg: f"{number} ({leg})" for leg, number in numbers if number and holds[number - 1]}
 
 
 def _saturation(received: Received, settings: ForceSensorSettings) -> Finding:
     ever = np.logical_or.reduce([record.saturated for record in received.records])
     if bad := _used_where(ever, settings):
-        return failed(
-            "saturation", f"transducer {', '.join(bad)}", "unload it; if it stays, it is damaged"
-        )
+        found = f"transducer {', '.join(bad.values())}"
+        return about(bad, failed("saturation", found, "unload it; if it stays, it is damaged"))
     return passed("saturation", "none")
 
 

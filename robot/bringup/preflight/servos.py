@@ -1,6 +1,7 @@
 """The servos' part of the pre-flight list."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +20,16 @@ from drivers.dynamixel.setup import (
 )
 from drivers.dynamixel.watchdog import prove_watchdog
 from model.errors import BusError, ConnectionLost
-from robot.bringup.preflight.finding import CheckVerdict, Finding, failed, passed, skipped, warned
+from robot.bringup.preflight.finding import (
+    CheckVerdict,
+    Finding,
+    about,
+    failed,
+    passed,
+    skipped,
+    warned,
+)
+from robot.bringup.preflight.servo_figures import ServoFigures
 from robot.config.robot_file import RobotConfig
 from robot.config.servo import SafetyLimits
 
@@ -35,17 +45,28 @@ SYNC_READ_BYTES = 14
 WIRE_SHARE = 3.0
 
 
-def servo_findings(bus: ServoBus, config: RobotConfig, *, armed: bool) -> Iterator[Finding]:
+class _Those(NamedTuple):
+    """Servos that something holds for: in words, and their legs."""
+
+    words: str
+    legs: tuple[str, ...]
+
+
+def servo_findings(
+    bus: ServoBus, config: RobotConfig, *, armed: bool, figures: ServoFigures | None = None
+) -> Iterator[Finding]:
     """Look at the servos, one finding after the other. The port is left open.
 
     Args:
         bus: The bus, not yet open.
         config: Robot file.
         armed: Whether torque may be switched on, at the measured positions, to prove the watchdog.
+        figures: Takes what is measured; None for nobody.
 
     Raises:
         ConnectionLost: The port is gone.
     """
+    figures = figures or ServoFigures()
     try:
         bus.open()
     except ConnectionLost:
@@ -56,6 +77,7 @@ def servo_findings(bus: ServoBus, config: RobotConfig, *, armed: bool) -> Iterat
     yield passed("port", f"opens at {bus.settings.baud_rate} baud")
     yield latency_finding(bus.latency_timer_ms)
     missing, conditions, broken = _ask(bus)
+    figures.conditions += conditions
     yield _answer_finding(bus, missing, broken)
     if not conditions:
         return
@@ -68,7 +90,7 @@ def servo_findings(bus: ServoBus, config: RobotConfig, *, armed: bool) -> Iterat
         return
     try:
         bus.connect()
-        yield _traffic_finding(bus, round(1e9 / config.loop.rate_hz))
+        yield _traffic_finding(bus, round(1e9 / config.loop.rate_hz), figures)
         yield _watchdog_finding(bus, armed=armed)
     except ConnectionLost:
         raise
@@ -88,34 +110,33 @@ def latency_finding(latency_ms: float | None) -> Finding:
     return passed("latency timer", found)
 
 
-def _ask(bus: ServoBus) -> tuple[list[str], list[ServoCondition], list[str]]:
-    """Return who is missing, the condition of the others, and what some did not tell."""
-    missing: list[str] = []
+def _ask(bus: ServoBus) -> tuple[dict[str, str], list[ServoCondition], dict[str, str]]:
+    """Return who is missing, the condition of the others, and what some did not tell, by leg."""
+    missing: dict[str, str] = {}
     conditions: list[ServoCondition] = []
-    broken: list[str] = []
+    broken: dict[str, str] = {}
     for servo in bus.servos():
         if not any(servo.answers() for _ in range(KNOCKS)):
-            missing.append(f"{servo.leg} (id {servo.servo_id})")
+            missing[servo.leg] = f"{servo.leg} (id {servo.servo_id})"
             continue
         try:
             conditions.append(read_condition(servo))
         except ConnectionLost:
             raise
         except BusError as error:
-            broken.append(str(error))
+            broken[servo.leg] = str(error)
     return missing, conditions, broken
 
 
-def _answer_finding(bus: ServoBus, missing: list[str], broken: list[str]) -> Finding:
+def _answer_finding(bus: ServoBus, missing: dict[str, str], broken: dict[str, str]) -> Finding:
     count = len(bus.settings.names)
     if missing:
-        return failed(
-            "servos answer",
-            f"{len(missing)} of {count} silent: {', '.join(missing)}",
-            "check power and cable, then id and baud rate with: bigant devices",
-        )
+        found = f"{len(missing)} of {count} silent: {', '.join(missing.values())}"
+        advice = "check power and cable, then id and baud rate with: bigant devices"
+        return about(missing, failed("servos answer", found, advice))
     if broken:
-        return failed("servos answer", "; ".join(broken), "switch the servos off and on")
+        found = "; ".join(broken.values())
+        return about(broken, failed("servos answer", found, "switch the servos off and on"))
     return passed("servos answer", f"all {count}")
 
 
@@ -169,7 +190,7 @@ def condition_findings(
         _judged(
             "torque",
             failed,
-            f"on, and nobody drives: {on}" if on else "",
+            on._replace(words=f"on, and nobody drives: {on.words}" if on.words else ""),
             "support the robot, then: bigant servo reboot --id all --yes",
             "off",
         ),
@@ -177,17 +198,18 @@ def condition_findings(
 
 
 def _judged(
-    name: str, verdict: Callable[[str, str, str], Finding], bad: str, advice: str, good: str
+    name: str, verdict: Callable[[str, str, str], Finding], bad: _Those, advice: str, good: str
 ) -> Finding:
-    return verdict(name, bad, advice) if bad else passed(name, good)
+    return about(bad.legs, verdict(name, bad.words, advice)) if bad.words else passed(name, good)
 
 
 def _those(
     conditions: Sequence[ServoCondition],
     bad: Callable[[ServoCondition], bool],
     words: Callable[[ServoCondition], str],
-) -> str:
-    return ", ".join(f"{c.who} {words(c)}" for c in conditions if bad(c))
+) -> _Those:
+    those = [c for c in conditions if bad(c)]
+    return _Those(", ".join(f"{c.who} {words(c)}" for c in those), tuple(c.leg for c in those))
 
 
 def _models(conditions: Sequence[ServoCondition], models: Mapping[str, ServoModel]) -> Finding:
@@ -195,7 +217,8 @@ def _models(conditions: Sequence[ServoCondition], models: Mapping[str, ServoMode
     wrong = [(c, mismatch_words(models[c.leg], c.model)) for c in conditions]
     bad = "; ".join(f"{c.who} {words}" for c, words in wrong if words)
     if bad:
-        return failed("model", bad, "check the ids, and model in [servo] of the robot file")
+        advice = "check the ids, and model in [servo] of the robot file"
+        return about((c.leg for c, words in wrong if words), failed("model", bad, advice))
     used = {models[c.leg] for c in conditions}
     unmeasured = sorted(model.name for model in used if not model.measures_current)
     words = ", ".join(sorted(model.name for model in used))
@@ -212,10 +235,9 @@ def _firmware(conditions: Sequence[ServoCondition], models: Mapping[str, ServoMo
         lambda c: c.firmware < models[c.leg].watchdog_firmware,
         lambda c: f"has {c.firmware}",
     )
-    if old:
-        return failed(
-            "firmware", f"{old}: no watchdog", "update the firmware with Dynamixel Wizard"
-        )
+    if old.words:
+        advice = "update the firmware with Dynamixel Wizard"
+        return about(old.legs, failed("firmware", f"{old.words}: no watchdog", advice))
     if len({(c.model, c.firmware) for c in conditions}) > len({c.model for c in conditions}):
         return warned("firmware", found, "give all servos the same firmware")
     return passed("firmware", found)
@@ -224,22 +246,27 @@ def _firmware(conditions: Sequence[ServoCondition], models: Mapping[str, ServoMo
 def _voltages(conditions: Sequence[ServoCondition], lowest_v: float) -> Finding:
     volts = [c.voltage_v for c in conditions]
     low = _those(conditions, lambda c: c.voltage_v < lowest_v, lambda c: f"has {c.voltage_v:.1f} V")
-    if low:
-        return failed("voltage", low, f"charge or change the battery: {lowest_v:g} V at least")
+    if low.words:
+        advice = f"charge or change the battery: {lowest_v:g} V at least"
+        return about(low.legs, failed("voltage", low.words, advice))
     found = f"{min(volts):.1f} to {max(volts):.1f} V"
     if max(volts) - min(volts) > LARGEST_VOLTAGE_SPREAD_V:
         lowest = min(conditions, key=lambda c: c.voltage_v)
-        return warned("voltage", found, f"check cable and plugs of {lowest.who}, the lowest")
+        advice = f"check cable and plugs of {lowest.who}, the lowest"
+        return about((lowest.leg,), warned("voltage", found, advice))
     return passed("voltage", found)
 
 
 def _temperatures(conditions: Sequence[ServoCondition], highest_c: float) -> Finding:
     hottest = max(conditions, key=lambda c: c.temperature_c)
     found = f"up to {hottest.temperature_c:.0f} degC ({hottest.who})"
-    if hottest.temperature_c >= highest_c:
-        return failed("temperature", found, f"let it cool: the limit is {highest_c:g} degC")
-    if hottest.temperature_c >= highest_c - WARM_MARGIN_C:
-        return warned("temperature", found, f"close to the limit of {highest_c:g} degC: wait")
+    for limit_c, verdict, advice in (
+        (highest_c, failed, f"let it cool: the limit is {highest_c:g} degC"),
+        (highest_c - WARM_MARGIN_C, warned, f"close to the limit of {highest_c:g} degC: wait"),
+    ):
+        hot = [c.leg for c in conditions if c.temperature_c >= limit_c]
+        if hot:
+            return about(hot, verdict("temperature", found, advice))
     return passed("temperature", found)
 
 
@@ -249,16 +276,21 @@ def _errors(conditions: Sequence[ServoCondition]) -> Finding:
     )
     advice = "remove the cause, then: bigant servo reboot --id all"
     if any(c.has_shut_down for c in conditions):
-        return failed("hardware errors", f"{bad} (shut down)", advice)
-    return warned("hardware errors", bad, advice) if bad else passed("hardware errors", "none")
+        return about(bad.legs, failed("hardware errors", f"{bad.words} (shut down)", advice))
+    return _judged("hardware errors", warned, bad, advice, "none")
 
 
-def _traffic_finding(bus: ServoBus, period_ns: int) -> Finding:
+def _traffic_finding(bus: ServoBus, period_ns: int, figures: ServoFigures) -> Finding:
+    figures.period_ms, figures.wire_ms = period_ns * 1e-6, wire_ms(bus.settings)
     before = bus.stats
     deadline_ns = bus.clock.now_ns()
     lost = 0
     for _ in range(READS):
-        lost += int(np.count_nonzero(~bus.read().valid))
+        began_ns = bus.clock.now_ns()
+        valid = bus.read().valid
+        figures.read_ms.append((bus.clock.now_ns() - began_ns) * 1e-6)
+        figures.complete.append(bool(valid.all()))
+        lost += int(np.count_nonzero(~valid))
         deadline_ns = max(deadline_ns + period_ns, bus.clock.now_ns())
         bus.clock.sleep_until_ns(deadline_ns)
     stats = bus.stats
@@ -319,11 +351,8 @@ def _watchdog_finding(bus: ServoBus, *, armed: bool) -> Finding:
     if not proof.torque_off:
         return failed("watchdog", "TORQUE NOT CONFIRMED OFF", "cut the power")
     if proof.asleep:
-        return failed(
-            "watchdog",
-            f"did not trip in {proof.silent_s:.2f} s of silence: {', '.join(proof.asleep)}",
-            "do not walk; update their firmware",
-        )
+        found = f"did not trip in {proof.silent_s:.2f} s of silence: {', '.join(proof.asleep)}"
+        return about(proof.asleep, failed("watchdog", found, "do not walk; update their firmware"))
     return passed(
         "watchdog",
         f"all {len(proof.tripped)} tripped in {proof.silent_s:.2f} s of silence; torque off again",

@@ -5,6 +5,7 @@
   const HOLDS = [120, 144, 168], SLIPS = [214, 39, 40], TRAIL_S = 3, GRID_M = 0.1;
   const MEASURED = "#0072B2", PREDICTED = "#D55E00", PATHS = { "true": "#0072B2", "estimator": "#009E73",
     "dead reckoning": "#D55E00" };
+  const AXES = ["#CC3311", "#009E73", "#0077BB"];  // x, y, z
   const EDGES = [[0, 1], [1, 3], [3, 2], [2, 0], [4, 5], [5, 7], [7, 6], [6, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
 
   const { bytes, floats, whole } = bigant;
@@ -92,6 +93,8 @@
         });
       }
       this.switch(more, "follow", () => { this.follow = !this.follow; });
+      if (this.d.axes_m) this.switch(more, "axes", () => { if (!this.hidden.delete("axes")) this.hidden.add("axes"); });
+      if (this.d.still) bar.hidden = speed.hidden = true;
       const colours = { "measured forces": MEASURED, "predicted forces": PREDICTED };
       for (const name of Object.keys(this.d.paths)) colours[`path: ${name}`] = PATHS[name];
       for (const [name, colour] of Object.entries(colours)) {
@@ -213,7 +216,8 @@
         if (!this.playing) return;
         this.seek(this.t + this.speed * (now - before) / 1000);
         before = now;
-        if (this.t >= this.d.t[this.count - 1]) this.play(false);
+        if (this.t >= this.newest && this.d.cycle_s) this.seek(this.d.t[0]);  // a cycle goes round
+        if (this.t >= this.newest) this.play(false);
         else requestAnimationFrame(step);
       };
       requestAnimationFrame(step);
@@ -297,6 +301,7 @@
       for (const [from, to] of EDGES) stroke([corners[from], corners[to]], ink, 1.5, 0.8);
       stroke([now.world(cx, cy, cz), now.world(cx + 0.65 * lx, cy, cz)], ink, 2);  // ahead
       for (const [leg, begin, count] of d.strips) stroke(now.points.slice(begin, begin + count), ink, 2.5);
+      if (d.axes_m && !this.hidden.has("axes")) this.axes(now, seen, stroke, context);
       now.feet.forEach((foot, leg) => {
         const [x, y] = seen(foot);
         if (Number.isNaN(x + y)) return;
@@ -323,7 +328,19 @@
           context.fill();
         });
       }
-      this.clock.textContent = `${this.t.toFixed(2)} s`;
+      this.clock.textContent = d.cycle_s ? `phase ${(this.t / d.cycle_s).toFixed(2)}` : `${this.t.toFixed(2)} s`;
+    }
+
+    /* The body frame at its origin: x forward, y left, z up. */
+    axes(now, seen, stroke, context) {
+      [["x", [1, 0, 0]], ["y", [0, 1, 0]], ["z", [0, 0, 1]]].forEach(([name, along], k) => {
+        const tip = now.world(...along.map((one) => one * this.d.axes_m));
+        stroke([now.world(0, 0, 0), tip], AXES[k], 2.2);
+        context.fillStyle = AXES[k];
+        context.font = `${13 * devicePixelRatio}px system-ui, sans-serif`;
+        const [x, y] = seen(tip);
+        context.fillText(name, x + 4 * devicePixelRatio, y - 3 * devicePixelRatio);
+      });
     }
 
     /* Where each foot stood on the ground in the last seconds: grey where it held, red where it slipped. */

@@ -21,6 +21,7 @@ from record.log.reader import LogContents, read_wires
 from record.log.survey import survey_log
 from robot.bringup.first_day.bringup import FirstDay
 from robot.bringup.first_day.day import DayOptions
+from robot.bringup.first_day.page import day_page
 from robot.bringup.first_day.record import FACTS_FILE, Record, load
 from robot.bringup.first_day.steps import STEPS
 from robot.bringup.mapping.identify import Press, press_findings
@@ -132,6 +133,42 @@ def test_the_day_is_on_one_page_and_in_three_files(whole: tuple[Path, Record, Vi
     assert load(folder) == record
     assert "CAL of transducer 6" in (folder / "console.txt").read_text(encoding="utf-8")
     assert (folder / "servos.toml").read_text(encoding="utf-8").count("[[servo]]") == 6
+
+
+def test_each_leg_is_kept_and_drawn_against_what_was_expected(
+    whole: tuple[Path, Record, VirtualSite],
+) -> None:
+    folder, record, _ = whole
+    names = CONFIG.servo_bus.names
+    curves = {number: {one.leg: one for one in outcome.curves}
+              for number, outcome in record.latest.items() if outcome.curves}  # fmt: skip
+    assert sorted(curves) == [4, 5, 7, 10, 12, 13]
+    assert all(set(legs) == set(names) for legs in curves.values())
+    turned = curves[4]["FL"]
+    assert max(turned.expected) == pytest.approx(10.0, abs=0.01)
+    np.testing.assert_allclose(turned.measured, turned.expected, atol=2.0)
+    assert turned.x[-1] == pytest.approx(3.0, abs=0.2)
+    assert len(curves[7]["HL"].measured) == QUICK.reboots
+    assert min(curves[10]["MR"].measured) > 5.0, "up, forward and left by the robot file"
+    for number in (12, 13):
+        walked = curves[number]["HR"]
+        assert abs(walked.measured[-1]) == pytest.approx(360.0, abs=10.0)
+        np.testing.assert_allclose(walked.measured, walked.expected, atol=10.0)
+    page = (folder / "first_day.html").read_text(encoding="utf-8")
+    assert page.index("<svg") < page.index("class='verdict") < page.index("<h2>Steps")
+    assert page.count("<figure class='plot'>") == 1 + len(curves)
+    assert len(page) < 3_000_000
+    state = json.loads((folder / "first_day.json").read_text(encoding="utf-8"))
+    for outcome in state["outcomes"]:  # as an earlier version kept it
+        del outcome["curves"]
+        for finding in outcome["findings"]:
+            del finding["legs"], finding["part"]
+    (folder.parent / "old").mkdir()
+    (folder.parent / "old" / "first_day.json").write_text(json.dumps(state), encoding="utf-8")
+    old = load(folder.parent / "old")
+    assert old is not None
+    assert [one.verdict for one in old.outcomes] == [one.verdict for one in record.outcomes]
+    assert day_page(old, CONFIG).count("<figure class='plot'>") == 1
 
 
 def test_torque_is_off_after_the_day(whole: tuple[Path, Record, VirtualSite]) -> None:

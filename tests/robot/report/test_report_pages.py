@@ -9,13 +9,26 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread as read_png
 
+from drivers.dynamixel.condition import ServoCondition
 from model.values.faults import StopReason
-from robot.bringup.preflight.check import check_page
-from robot.bringup.preflight.finding import failed, passed, skipped, warned
+from robot.bringup.preflight.finding import (
+    SERVOS,
+    Finding,
+    about,
+    failed,
+    in_part,
+    passed,
+    skipped,
+    warned,
+)
 from robot.bringup.preflight.loop import LoopFigures
+from robot.bringup.preflight.page import CheckedRobot, check_page, leg_states
+from robot.bringup.preflight.servo_figures import ServoFigures
 from robot.cli import main as cli
+from robot.config.robot_file import load_robot
 from robot.report.page import Section, render, report_page
 from robot.report.pictures import inline_svg, pictures
+from robot.report.plan_view import PlanState
 from robot.study.figure_catalog import TITLE, Drawn, Entry
 from tests.robot.browser import (
     DESK_PX,
@@ -35,8 +48,18 @@ needs_browser = pytest.mark.skipif(
 LOOP = LoopFigures(
     10.0, 1000, 0, 3, (0.1, 0.3, 0.9, 6.1), (1.1, 1.4, 1.9, 3.0), 1.2, 0.8, StopReason.COMPLETED
 )
-MADE = {"robot_file": "mine.toml", "date": "2026-02-03 04:05:06 UTC"}
+DATE = "2026-02-03 04:05:06 UTC"
 LONG = "there is no port /dev/serial/by-id/usb-FTDI_USB__-__Serial_Converter_FT4TCX1R-if00-port0"
+
+
+def pre_flight(port: str, *findings: Finding, loops: tuple[LoopFigures, ...] = ()) -> str:
+    """The page of these findings about servos of which two answered, and whose bus lost one read."""
+    robot = CheckedRobot(load_robot(), port, "mine.toml")
+    told = [(1200 + k, k + 1, leg) for k, leg in enumerate(("HL", "ML"))]
+    conditions = [ServoCondition(leg, one, 321, 45, 4, 0, 0, 52, False, 0, volt / 100, 31.0)
+                  for volt, one, leg in told]  # fmt: skip
+    servos = ServoFigures(conditions, [2.9, 3.0, 9.0], [True, True, False], 10.0, 2.2)
+    return check_page(robot, list(in_part(SERVOS, findings)), loops, servos, date=DATE)
 
 
 def written(path: Path, *words: str) -> str:
@@ -60,11 +83,11 @@ def pages(walk_pages: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[st
     picture.savefig(folder / "picture.png")
     drawn = Drawn(picture, "Its caption.", ("a  b",) * 3)
     return {
-        **{name: (walk_pages / f"{name}.html").read_text("utf-8") for name in ("show", "odom")},
+        **{name: (walk_pages / f"{name}.html").read_text("utf-8") for name in ("show", "odom", "robot")},
         "model": written(folder / "model.html", "model", "run", "disk", "--out"),
         "gap": written(folder / "gap.html", "gap", "diagnose", *write_bench(folder, 0.03),
                        "--jobs", "1", "--html"),
-        "check": check_page("BigANT", "/dev/ttyUSB0", findings, [LOOP], **MADE),
+        "check": pre_flight("/dev/ttyUSB0", *findings, loops=(LOOP,)),
         "figures": render("figures.html", title=TITLE, source="From a walk.", entries=[
             (Entry("picture", "A picture", "fig. 1", lambda _: drawn), drawn,
              (folder / "picture.png").as_uri())]),
@@ -114,7 +137,7 @@ def test_pages_have_an_empty_console_and_all_pictures(request: pytest.FixtureReq
     seen = request.getfixturevalue("on_phone")
     assert {name: one.pictures > 0 for name, one in seen.items()} == {
         "show": True, "odom": True, "model": True, "gap": True, "figures": True,
-        "check": False, "matrix": False,
+        "robot": True, "check": True, "matrix": False,
     }  # fmt: skip
 
 
@@ -217,10 +240,37 @@ def test_verdicts_in_a_table_are_marked_and_numbers_set_right() -> None:
 
 
 def test_a_page_of_the_pre_flight_says_what_to_do_first() -> None:
-    page = check_page("BigANT", "virtual", [failed("port", "absent", "plug it in")], [], **MADE)
+    page = pre_flight("virtual", failed("port", "absent", "plug it in"))
     assert page.index("Not fit to walk: port") < page.index("plug it in") < page.index("absent")
-    assert "2026-02-03 04:05:06 UTC; virtual devices; robot file mine.toml;" in page
-    assert "Fit to walk" in check_page("BigANT", "virtual", [passed("port", "there")], [], **MADE)
+    assert f"{DATE}; virtual devices; robot file mine.toml" in page
+    assert "Fit to walk. 1 passed, 0 warned" in pre_flight("virtual", passed("port", "there"))
+
+
+def test_a_page_of_the_pre_flight_begins_with_the_robot_and_then_one_sentence() -> None:
+    page = pre_flight("virtual", about(["ML"], failed("voltage", "ML has 9 V", "charge it")))
+    assert page.index("<svg") < page.index("class='verdict") < page.index("Servos in numbers")
+    for words in (
+        ">robot from above<",
+        ">31 °C<",
+        ">failed<",
+        ">not checked<",
+        "9.00 ms",
+        "3.00 ms",
+    ):
+        assert words in page, words
+    assert "3, 1 without an answer of every servo" in page
+
+
+def test_a_leg_is_as_good_as_the_worst_that_was_found_about_it() -> None:
+    findings = [
+        about(["ML", "HL"], warned("return delay", "250 us", "set it to 0")),
+        about(["ML"], failed("voltage", "9 V", "charge it")),
+        passed("torque", "off"),
+    ]
+    names = ("HL", "ML", "FL", "HR")
+    assert leg_states(names, findings, {"HL", "ML", "FL"}) == [
+        PlanState.WARNED, PlanState.BAD, PlanState.GOOD, PlanState.UNKNOWN,
+    ]  # fmt: skip
 
 
 def test_a_page_that_cannot_be_written_is_one_line(

@@ -69,7 +69,7 @@ def test_the_page_draws_it_and_says_what_to_do(
     out = tmp_path / "lab.html"
     assert cli.run(["robot", "show", written(tmp_path, text_with(BEHIND)), "--out", str(out)]) == 1
     page = without_scripts(out.read_text(encoding="utf-8"))
-    assert page.count("<svg") == 5  # the robot, and two pictures a gait
+    assert page.count("<svg") == 7  # the robot, and three pictures a gait
     assert "move the shafts by +85 mm" in page
     assert not re.search(r"(src|href)=['\"](?!data:|#)", page)
     assert f"page: {out}" in capsys.readouterr().out
@@ -128,7 +128,7 @@ def test_a_robot_of_chains_stands(
     assert len(standing["torque_nm"][0]) > len(answer["legs"])
     assert standing["figures"]["duty_most"] is None
     assert standing["figures"]["margin_m"] > 0.05
-    assert without_scripts(out.read_text(encoding="utf-8")).count("<svg") == 2
+    assert without_scripts(out.read_text(encoding="utf-8")).count("<svg") == 3
 
 
 def test_a_crank_is_drawn_with_its_half_circle() -> None:
