@@ -41,7 +41,7 @@ LOOKS = {
     PlanState.GOOD: _Look("#009E73", "o", 1.0),
     PlanState.WARNED: _Look("#E69F00", "^", 1.1),
     PlanState.BAD: _Look("#D55E00", "s", 0.95),
-    PlanState.UNKNOWN: _Look("#999999", "D", 0.65),
+    PlanState.UNKNOWN: _Look("#999999", "D", 0.9),
 }
 
 

@@ -12,6 +12,7 @@ from robot.console.json_output import print_json
 from robot.console.screen_fit import columns_of
 from robot.design.concern import Severity
 from robot.design.review import RobotReview, review_robot
+from robot.design.standing import STANDING
 from robot.report.page import Section
 from robot.report.robot_text import (
     assumed_words,
@@ -69,7 +70,8 @@ def _write_page(request: RobotShowRequest, review: RobotReview) -> str:
         for one in review.concerns
     ]
     names = [one.figures.gait for one in review.gaits]
-    verdict = "It walks, as far as the model can tell." if worst is None else (
+    moves = "stands" if names == [STANDING] else "walks"
+    verdict = f"It {moves}, as far as the model can tell." if worst is None else (
         f"{len(review.warnings)} warning{'s' if len(review.warnings) > 1 else ''}: "
         f"{', '.join(dict.fromkeys(f'{one.place} {one.topic}' for one in review.warnings))}."
     )  # fmt: skip

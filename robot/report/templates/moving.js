@@ -59,7 +59,7 @@ const bigant = {
     for (const renderer of model.renderers) {
       for (const glyph of [renderer.glyph, renderer.nonselection_glyph, renderer.muted_glyph]) {
         for (const key of ["line_color", "fill_color"]) {
-          if (!glyph || !(key in glyph.properties)) continue;
+          if (!glyph || !glyph.properties || !(key in glyph.properties)) continue;  // of a map of values it is a word
           const value = glyph[key] && glyph[key].value;
           if (value === BLACK || (value && value === glyph["black_" + key])) {
             glyph[key] = { value: ink };

@@ -209,14 +209,16 @@ def test_curves_show_their_values_under_the_pointer(walk: Tab) -> None:
     assert float(values["true"]) == pytest.approx(np.interp(t_s, x, y), abs=0.5)
 
 
-@pytest.mark.parametrize("name", ["show", "odom", "robot"])
+@pytest.mark.parametrize(
+    ("name", "plots"), [("show", 20), ("odom", 20), ("robot", 10), ("model", 1)]
+)
 def test_a_page_is_light_and_fits_a_phone_without_an_error(
-    browser: Tab, walk_pages: Path, name: str
+    browser: Tab, walk_pages: Path, name: str, plots: int
 ) -> None:
     page = walk_pages / f"{name}.html"
     assert page.stat().st_size < MOST_BYTES
     browser.show(SMALL_PX, touch=True).open(page)
-    assert browser.run(ALL_DRAWN) >= 10
+    assert browser.run(ALL_DRAWN) >= plots
     scroll, width = browser.run(WIDE)
     assert scroll <= width == SMALL_PX
     assert browser.errors == []

@@ -83,8 +83,8 @@ def pages(walk_pages: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[st
     picture.savefig(folder / "picture.png")
     drawn = Drawn(picture, "Its caption.", ("a  b",) * 3)
     return {
-        **{name: (walk_pages / f"{name}.html").read_text("utf-8") for name in ("show", "odom", "robot")},
-        "model": written(folder / "model.html", "model", "run", "disk", "--out"),
+        **{name: (walk_pages / f"{name}.html").read_text("utf-8")
+           for name in ("show", "odom", "robot", "model")},
         "gap": written(folder / "gap.html", "gap", "diagnose", *write_bench(folder, 0.03),
                        "--jobs", "1", "--html"),
         "check": pre_flight("/dev/ttyUSB0", *findings, loops=(LOOP,)),
