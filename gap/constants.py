@@ -128,6 +128,22 @@ LAW_GAIN = Constant(
 SENSOR_GAIN = Constant(0.01, "the same of a delay or gain of a sensor", DEVELOPMENT)
 
 # how sure
+FORCES_DIFFER = Constant(
+    0.05,
+    "share of a cause's size that is added to its +-, where it acts through forces: laws of contact, "
+    "friction and springs are only nearly those of the machine",
+    "on the 19 development realities (seed 2201)",
+)
+MODELS_DIFFER = Constant(
+    0.01,
+    "the same of a cause that acts through what is measured or drawn: angles, lengths, times",
+    "on the 19 development realities (seed 2201)",
+)
+PLACES_DIFFER = Constant(
+    0.01,
+    "the same of a place on the ground, as a share of its spread: half of a foot's width",
+    "on the 19 development realities (seed 2201)",
+)
 TEMPERATURE = Constant(
     2.0, "log likelihood difference of two causes that counts as one", DEVELOPMENT
 )

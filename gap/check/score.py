@@ -7,8 +7,8 @@ Wilson's interval (1927, JASA 22:209).
 import math
 import statistics
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import binomtest, rankdata
@@ -22,6 +22,7 @@ from gap.check.cases import (
     SINGLE,
     UNEXPLAINED,
     CheckedCase,
+    Truth,
     gap_declared,
     group_of,
     named_effects,
@@ -29,6 +30,7 @@ from gap.check.cases import (
 )
 
 VISIBLE = 3.0  # times repeatability
+EITHER_SIGN = frozenset({"friction_anisotropy"})  # all numbers negated are the same effect
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +157,7 @@ def parameter_error(
             continue
         truth, fitted = case.truths[0], dict(case.answer.named[0].values)
         away = {n: abs(v - neutral.get((truth.effect, n), 0.0)) for n, v in truth.values}
-        for name, value in truth.values:
+        for name, value in _signed(truth, fitted).values:
             scale = max(a for n, a in away.items() if _unit(n) == _unit(name))
             if name in fitted and scale > 0:
                 errors.append(abs(fitted[name] - value) / scale)
@@ -173,10 +175,18 @@ def numbers_within(cases: Iterable[CheckedCase], times: float) -> tuple[bool, ..
             continue
         first = case.answer.named[0]
         fitted, errors = dict(first.values), dict(first.errors)
-        for name, value in case.truths[0].values:
+        for name, value in _signed(case.truths[0], fitted).values:
             if errors.get(name, 0.0) > 0.0:
                 hits.append(abs(fitted[name] - value) <= times * errors[name])
     return tuple(hits)
+
+
+def _signed(truth: Truth, fitted: Mapping[str, float]) -> Truth:
+    """The truth with the sign of what was fitted, where both signs are the same effect."""
+    same = sum(value * fitted.get(name, 0.0) for name, value in truth.values)
+    if truth.effect not in EITHER_SIGN or same >= 0.0:
+        return truth
+    return replace(truth, values=tuple((name, -value) for name, value in truth.values))
 
 
 def area_under(positive: Sequence[float], negative: Sequence[float]) -> float:

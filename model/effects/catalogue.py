@@ -14,6 +14,9 @@ from model.effects.causes import Effect, Parameter, Scope
 from model.values.machine_names import MachineNames
 
 STAGES = ("actuation", "kinematics", "support", "friction", "dynamics", "external", "sensing")
+# What acts through forces, by its stage or by itself.
+FORCE_STAGES = frozenset({"support", "friction", "dynamics", "external"})
+MOVED_BY_FORCES = frozenset({"servo_compliance", "gear_backlash", "leg_flex"})
 NO_LIMIT_RAD_S = 10.0  # twice what the servos can do: no limit
 ALL, LEG, BOTH = (Scope.ALL,), (Scope.JOINT,), (Scope.ALL, Scope.JOINT)
 
@@ -72,7 +75,10 @@ def _effect(
     remedy: str,
 ) -> ChainEffect:
     parameters, combine = tuple(p for p, _ in numbers), tuple(how for _, how in numbers)
-    return ChainEffect(name, stage, parameters, scopes, physics, remedy, combine)
+    by_forces = stage in FORCE_STAGES or name in MOVED_BY_FORCES
+    return ChainEffect(
+        name, stage, parameters, scopes, physics, remedy, combine, by_forces=by_forces
+    )
 
 
 _LIMIT = (

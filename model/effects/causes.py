@@ -52,6 +52,8 @@ class Effect:
         alike: Effects that no run of this kind can tell it from, whatever the fits say, because nothing was
             measured between them; with
         tells: what would.
+        by_forces: Whether it acts through forces (of contact, friction, springs), which a model has only
+            approximately; else through what is measured or drawn.
         each: Joints that have numbers of their own in an effect of all of them at once
             (``at_every_joint``), in the order of its parameters; empty for any other.
     """
@@ -65,6 +67,7 @@ class Effect:
     parts: tuple[str, ...] = field(default=(), kw_only=True)
     alike: tuple[str, ...] = field(default=(), kw_only=True)
     tells: str = field(default="", kw_only=True)
+    by_forces: bool = field(default=False, kw_only=True)
     each: tuple[str, ...] = field(default=(), kw_only=True)
 
     def named(self, values: Sequence[float]) -> dict[str, float]:

@@ -85,6 +85,22 @@ def test_a_number_is_within_one_or_two_of_its_error() -> None:
     assert value(name, near)[2] is False, "always within one is too wide"
 
 
+def test_numbers_of_either_sign_are_compared_with_the_nearer() -> None:
+    """Friction is stronger along w and along -w alike."""
+    values = (("w_x", 0.6), ("w_y", -0.2))
+    truth = Truth("friction_anisotropy", "friction", "", values)
+    found = Named(
+        "friction_anisotropy",
+        (),
+        (("w_x", -0.61), ("w_y", 0.24)),
+        0.9,
+        (("w_x", 0.02), ("w_y", 0.02)),
+    )
+    case = answered(replace(RIGHT, truths=(truth,)), found)
+    assert numbers_within([case], 1.0) == (True, False)
+    assert numbers_within([case], 2.0) == (True, True)
+
+
 def test_what_was_said_beforehand_to_be_hidden_does_not_count() -> None:
     hidden = answered(OTHER_LEG, hidden=("foot_friction",))
     row = figures_of_reality("r", (RIGHT, hidden))

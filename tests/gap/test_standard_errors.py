@@ -1,7 +1,10 @@
 """The error of a number is that of the runs: what differs from day to day is in it."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from gap.constants import MODELS_DIFFER
 from gap.interfaces import Cause
 from gap.search.fit import fit_causes
 from gap.search.standard_errors import standard_errors
@@ -53,5 +56,17 @@ def test_one_run_alone_is_judged_by_its_noise() -> None:
     assert known is None
     fitted = fit_causes(evidence, (Cause("offset", ("a",), (OFFSET,)),))
     (error,) = standard_errors(evidence, None, fitted)
-    assert 0 < error < 0.1
+    assert 0 < error**2 - (MODELS_DIFFER * fitted.away[0]) ** 2 < 0.1**2
     assert len(standard_errors(evidence, None, fit_causes(evidence, ()))) == 0
+
+
+def test_what_acts_through_forces_is_known_less_well_than_what_is_drawn() -> None:
+    trial = toy_trial([Cause("offset", ("a",), (OFFSET,))], *CONDITIONS[0], seed=3)
+    errors = {}
+    for by_forces in (False, True):
+        catalogue = tuple(replace(one, by_forces=by_forces) for one in EFFECTS)
+        evidence, _ = evidences(Toy(catalogue), [trial], [])
+        fitted = fit_causes(evidence, (Cause("offset", ("a",), (OFFSET,)),))
+        (errors[by_forces],) = standard_errors(evidence, None, fitted)
+        assert errors[by_forces] >= (0.05 if by_forces else 0.01) * abs(fitted.away[0])
+    assert errors[True] > errors[False]
