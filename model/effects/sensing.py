@@ -13,7 +13,9 @@ from model.motion.se2 import turned
 from model.values.arrays import FloatArray
 
 Signals = TypeVar("Signals", bound=SensorSignals)
-OF_FORCES = frozenset({"force_gain", "force_bias", "force_drift", "force_rotation"})
+OF_FORCES = frozenset(
+    {"force_gain", "force_bias", "force_drift", "force_rotation", "force_cross_talk"}
+)
 
 
 def read_sensors(grid: Grid, truth: SensorSignals, settings: Settings) -> SensorSignals:
@@ -68,7 +70,7 @@ def true_signals(grid: Grid, read: Signals, settings: Settings) -> Signals:
 
 
 def true_forces(force_n: FloatArray, since_s: FloatArray | float, settings: Settings) -> FloatArray:
-    """Take gain, bias, drift and rotation of the transducers out of readings.
+    """Take gain, bias, drift, cross-talk and rotation of the transducers out of readings.
 
     Args:
         force_n: As the calibrated sensors report them, (..., N, 3).
@@ -79,13 +81,19 @@ def true_forces(force_n: FloatArray, since_s: FloatArray | float, settings: Sett
         (..., N, 3).
     """
     force = (force_n - _biases(since_s, settings)) / settings.each("force_gain").T
-    x, y = turned(force[..., 0], force[..., 1], settings.each("force_rotation")[0])
-    return np.stack([x, y, force[..., 2]], axis=-1)
+    of_x, of_y = settings.each("force_cross_talk")
+    z = force[..., 2]
+    x, y = turned(
+        force[..., 0] - of_x * z, force[..., 1] - of_y * z, settings.each("force_rotation")[0]
+    )
+    return np.stack([x, y, z], axis=-1)
 
 
 def _read_force(grid: Grid, force_n: FloatArray, settings: Settings) -> FloatArray:
     x, y = turned(force_n[..., 0], force_n[..., 1], -settings.each("force_rotation")[0])
-    force = np.stack([x, y, force_n[..., 2]], axis=-1) * settings.each("force_gain").T
+    of_x, of_y = settings.each("force_cross_talk")
+    z = force_n[..., 2]
+    force = np.stack([x + of_x * z, y + of_y * z, z], axis=-1) * settings.each("force_gain").T
     if settings.has("force_lowpass"):
         known = np.isfinite(force)
         (lag_s,) = settings.whole("force_lowpass")

@@ -41,7 +41,7 @@ _GROUPS = {
         ground_step com_offset payload chassis_twist coulomb_friction stiction friction_patch foot_rolling
         tilt_coupling inertia_lag tether_force drag leg_stiffness foot_friction friction_level
         friction_anisotropy hip_mount_offset""",
-    Use.READING: "force_gain force_bias force_drift force_rotation encoder_scale",
+    Use.READING: "force_gain force_bias force_drift force_rotation force_cross_talk encoder_scale",
     Use.SEEN: "command_delay servo_lag servo_speed_limit servo_compliance gear_backlash",
     Use.LATE: "force_delay force_lowpass",
     Use.CAMERAS: "pose_delay pose_yaw_offset pose_origin_offset clock_skew",

@@ -32,6 +32,7 @@ class SensorParameters:
         force_bias: Added to the reading, body axes, (N, 3) [N].
         force_drift: Added to the vertical reading for each second, (N,) [N/s].
         force_yaw: Transducers turned about z beyond what the robot file says, (N,) [rad].
+        force_cross_talk: Share of the vertical force that is added to x and y, sensor axes, (N, 2).
         force_delay_s: The stream is so much later than the truth.
         force_lag_s: Time constant of a first-order low-pass; 0 is none.
         pose_delay_s: Poses and markers are so much later than the truth.
@@ -52,6 +53,7 @@ class SensorParameters:
     force_bias: FloatArray
     force_drift: FloatArray
     force_yaw: FloatArray
+    force_cross_talk: FloatArray
     encoder_scale: FloatArray
     pose_origin: FloatArray
     force_delay_s: float = 0.0
@@ -84,6 +86,7 @@ class SensorParameters:
             force_bias=np.zeros((legs, 3)),
             force_drift=np.zeros(legs),
             force_yaw=np.zeros(legs),
+            force_cross_talk=np.zeros((legs, 2)),
             encoder_scale=np.ones(legs),
             pose_origin=np.zeros(2),
         )
@@ -111,6 +114,7 @@ class ForceChannel:
         s = self._sensors
         self._start_ns = t_ns if self._start_ns < 0 else self._start_ns
         reading = wrench * s.force_gain[:, None]
+        reading[:, :2] += s.force_cross_talk * reading[:, 2:3]
         reading[:, :3] += s.force_bias
         reading[:, 2] += s.force_drift * ((t_ns - self._start_ns) * 1e-9)
         since_s, self._last_ns = (t_ns - self._last_ns) * 1e-9, t_ns

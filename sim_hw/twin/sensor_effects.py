@@ -35,6 +35,12 @@ KINDS = (
         "the transducer is mounted turned", adds("sensors.force_yaw"),
     ),
     EffectKind(
+        "force_cross_talk", "sensing", LEG,
+        (sized("x_share", "", -0.5, 0.5, 0, 0.05, 0.15), sized("y_share", "", -0.5, 0.5, 0, 0.0, 0.1)),
+        "the vertical load shows on the transducer's horizontal axes",
+        adds_vector("sensors.force_cross_talk", leg_wise=True),
+    ),
+    EffectKind(
         "force_delay", "sensing", ALL, (sized("delay_s", "s", 0, 1, 0, 0.06, 0.15),),
         "the force unit sends what was", adds("sensors.force_delay_s"),
     ),

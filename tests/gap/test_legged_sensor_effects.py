@@ -20,6 +20,7 @@ def pair() -> tuple[Prediction, dict[str, Prediction]]:
         "bias": cause("force_bias", 1.0, -2.0, 3.0, legs=("ML",)),
         "drift": cause("force_drift", 0.05, legs=("ML",)),
         "rotation": cause("force_rotation", 0.3, legs=("ML",)),
+        "cross_talk": cause("force_cross_talk", 0.1, -0.05, legs=("ML",)),
         "delay": cause("force_delay", 0.08),
         "lowpass": cause("force_lowpass", 0.08),
         "pose_delay": cause("pose_delay", 0.08),
@@ -38,6 +39,10 @@ def test_gain_bias_drift_touch_one_sensor(pair: tuple[Prediction, dict[str, Pred
         assert np.allclose(got["gain"][name][:, ML], 1.2 * base[name][:, ML])
         assert np.array_equal(got["gain"][name][:, ML + 1], base[name][:, ML + 1])
     assert np.allclose((got["bias"].force - base.force)[:, ML], [1.0, -2.0, 3.0])
+    load_n = base["force_z"][:, ML]
+    for axis, share in (("x", 0.1), ("y", -0.05), ("z", 0.0)):
+        name = f"force_{axis}"
+        assert np.allclose(got["cross_talk"][name][:, ML], base[name][:, ML] + share * load_n)
     drift = got["drift"]["force_z"][:, ML] - base["force_z"][:, ML]
     assert np.allclose(inside(drift, 1), inside(0.05 * base.time_s, 1))
     assert np.array_equal(got["drift"]["force_x"], base["force_x"])
@@ -113,6 +118,7 @@ def test_a_scaled_encoder(pair: tuple[Prediction, dict[str, Prediction]]) -> Non
         cause("force_bias", 1.0, -1.0, 3.0, legs=("ML",)),
         cause("force_drift", 0.3, legs=("ML",)),
         cause("force_rotation", 0.3, legs=("ML",)),
+        cause("force_cross_talk", 0.1, -0.1, legs=("ML",)),
         cause("force_delay", 0.1),
         cause("pose_delay", 0.1),
         cause("pose_yaw_offset", 0.15),

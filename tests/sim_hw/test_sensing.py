@@ -35,6 +35,9 @@ def test_gain_bias_and_drift_are_on_top_of_the_truth() -> None:
     assert standing("force_gain@ML:ratio=1.3")[1] == pytest.approx(1.3 * plain[1])
     biased = standing("force_bias@ML:x_n=1,y_n=0.5,z_n=-2")
     assert (biased - plain)[1, :3] == pytest.approx([1.0, 0.5, -2.0])
+    leaking = standing("force_cross_talk@ML:x_share=0.1,y_share=-0.05")
+    load_n = plain[1, 2]
+    assert (leaking - plain)[1, :3] == pytest.approx([0.1 * load_n, -0.05 * load_n, 0.0])
     robot = world("force_drift@ML:n_per_s=0.5")
     robot.advance_to(0)
     first, later = robot.wrench(100 * MS), robot.wrench(1100 * MS)

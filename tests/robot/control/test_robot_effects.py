@@ -180,6 +180,7 @@ def test_readings_are_undone_and_silent_legs_stay_silent() -> None:
             cause("force_bias", 1.0, -1.0, 2.0, legs=("ML",)),
             cause("force_rotation", 0.3, legs=("FR",)),
             cause("force_drift", 0.1, legs=("HL",)),
+            cause("force_cross_talk", 0.1, -0.2, legs=("FL",)),
         )
     )
     assert model is not None
@@ -187,6 +188,7 @@ def test_readings_are_undone_and_silent_legs_stay_silent() -> None:
     reading = truth.copy()
     reading[1] = 1.2 * truth[1] + [1.0, -1.0, 2.0]
     c, s = np.cos(0.3), np.sin(0.3)
+    reading[2, :2] += [0.1 * truth[2, 2], -0.2 * truth[2, 2]]
     reading[5, :2] = [c * truth[5, 0] + s * truth[5, 1], c * truth[5, 1] - s * truth[5, 0]]
     reading[0, 2] += 0.1 * 20.0
     reading[3] = np.nan

@@ -12,7 +12,7 @@ def test_the_list_names_every_effect_and_its_numbers(capsys: pytest.CaptureFixtu
     assert run(["gap", "effects"]) == 0
     text = capsys.readouterr().out
     assert "ACTUATION\n  command_delay  (whole robot)\n      delay_s: 0 to 0.3 s, neutral 0" in text
-    assert "39 effects" in text
+    assert "40 effects" in text
     assert max(len(line) for line in text.splitlines()) <= 108
 
 
@@ -59,6 +59,7 @@ sensing force_gain ratio leg
 sensing force_bias x_n,y_n,z_n leg
 sensing force_drift n_per_s leg
 sensing force_rotation yaw_rad leg
+sensing force_cross_talk x_share,y_share leg
 sensing force_delay delay_s all
 sensing force_lowpass time_constant_s all
 sensing pose_delay delay_s all
