@@ -9,16 +9,20 @@ from typing import TypeAlias
 from bigant.logs import Log, path_of
 from gap.diagnosis.diagnose import silent
 from gap.diagnosis.findings import Diagnosis, NamedCause
+from gap.machine_kinds import Make
 from record.trial.trial import Trial
 from record.whole_file import write_text
 from robot.console.json_output import json_text
 from robot.gap_report.diagnose import diagnosis_of, diagnosis_result, simulator_of
+from robot.gap_report.split import with_hold_out
 from robot.gap_report.summary import summary_lines
 from robot.gap_report.trials import Runs, check_same_machine, read_trials, runs_of
 from robot.gap_report.words import machine_words
 from robot.requests.gap import GapDiagnoseRequest
 
 Run: TypeAlias = Log | Trial | str | Path
+Machine: TypeAlias = str | Path | Make
+ROBOT_FILE = ".toml"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -97,10 +101,10 @@ def diagnose(
     runs: Run | Sequence[Run],
     references: Run | Sequence[Run] = (),
     *,
-    robot: str | Path | None = None,
+    machine: Machine | None = None,
+    hold_out: str | Sequence[str] = (),
     effects: str | Path | None = None,
     jobs: int = 1,
-    seed: int = 0,
     progress: Callable[[str, float], None] = silent,
 ) -> GapReport:
     """Diagnose where the simulator differs from measured runs, why, and how much of it is explained.
@@ -108,10 +112,14 @@ def diagnose(
     Args:
         runs: Logs, trials or their files, of one machine.
         references: Runs of the same machine assumed healthy; the question is then what is new.
-        robot: Robot file to use for the runs in place of the one recorded with them.
+        machine: What the runs are compared with, in place of what is recorded with them: a robot file for
+            the runs (the references keep theirs), an MJCF or URDF or ``FILE.py:make`` for all, or a
+            function that makes a ``gap.interfaces.Simulator`` of a list of trials.
+        hold_out: Runs that judge and are not fitted to: ``trial=NAME``, ``KEY=VALUE`` of their conditions,
+            or ``last-third`` of every run. Without it they are chosen evenly.
         effects: A Python file of effects of your own.
-        jobs: Processes. Above 1 a script needs ``if __name__ == "__main__":``.
-        seed: Of every random draw.
+        jobs: Processes. Above 1 a script needs ``if __name__ == "__main__":``, and a machine made by a
+            function one that can be imported.
         progress: Gets what is being done, and the share of the whole that is done, 0 to 1.
 
     Raises:
@@ -126,17 +134,32 @@ def diagnose(
     )
     check_same_machine(everything, files)
     count = len(own)
-    read = runs_of(everything[:count], everything[count:], None if robot is None else Path(robot))
+    robot, other = _replacement(machine)
+    read = runs_of(everything[:count], everything[count:], robot, other)
+    read = with_hold_out(read, files[:count], _texts(hold_out))
     request = GapDiagnoseRequest(
         trials=files[:count],
         reference=files[count:],
         robot=read.robot,
         effects=None if effects is None else Path(effects),
         jobs=jobs,
-        seed=seed,
     )
     simulator = simulator_of(read, request)
     return GapReport(diagnosis_of(read, simulator, request, progress), read, files)
+
+
+def _replacement(machine: Machine | None) -> tuple[Path | None, str | Make]:
+    """The robot file that replaces the one of the runs, and the machine that replaces that of all."""
+    if machine is None:
+        return None, ""
+    if callable(machine):
+        return None, machine
+    text = str(machine)
+    return (Path(text), "") if text.endswith(ROBOT_FILE) else (None, text)
+
+
+def _texts(chosen: str | Sequence[str]) -> tuple[str, ...]:
+    return (chosen,) if isinstance(chosen, str) else tuple(chosen)
 
 
 def _listed(runs: Run | Sequence[Run]) -> tuple[Run, ...]:

@@ -78,7 +78,7 @@ def runs_of(
     trials: Sequence[Trial],
     references: Sequence[Trial] = (),
     robot: Path | None = None,
-    machine: str = "",
+    machine: str | Make = "",
 ) -> Runs:
     """Return runs whose machine's files are settled.
 
@@ -86,13 +86,16 @@ def runs_of(
         trials: Trials of one machine.
         references: Healthy runs of it; one that names no machine's file has that of the trials.
         robot: Machine's file to use for the trials instead of the one recorded with them.
-        machine: ``FILE.py:make``, or an MJCF or URDF that is the machine's file of them all; empty for the
-            kind that the machine's file says.
+        machine: ``FILE.py:make``, what that would be, or an MJCF or URDF that is the machine's file of them
+            all; empty for the kind that the machine's file says.
 
     Raises:
         ConfigError: ``robot`` cannot be used.
         GapError: There is no such kind of machine.
     """
+    if callable(machine):
+        kind, name = MachineKind(machine), getattr(machine, "__qualname__", repr(machine))
+        return Runs(tuple(trials), tuple(references), kind, robot, name)
     model = Path(machine)
     if model.suffix in KIND_OF_SUFFIX:
         trials, references = (
