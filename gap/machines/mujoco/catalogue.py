@@ -189,7 +189,7 @@ def _world_effects(asked: Askable) -> tuple[MjcfEffect, ...]:
         MjcfEffect(
             "contact_friction", LOAD, ratio(0.05, 5.0, 0.3), whole,
             "Feet grip more or less than the file says.", "Pull a foot with a spring balance.",
-            WORLD, (("contact_friction", "*"),),
+            WORLD, (("contact_friction", "*"),), by_forces=True,
         ),
     )  # fmt: skip
     return effects if asked.contact else effects[:-1]

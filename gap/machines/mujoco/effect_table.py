@@ -76,7 +76,10 @@ def _row(
 ) -> JointRow:
     parameters, places, sizes = zip(*numbers, strict=True)
     physics, remedy = words or WORDS[name]
-    effect = MjcfEffect(name, stage, parameters, scopes, physics, remedy, JOINT, places)
+    by_forces = stage == TRANSMISSION
+    effect = MjcfEffect(
+        name, stage, parameters, scopes, physics, remedy, JOINT, places, by_forces=by_forces
+    )
     return JointRow(effect, sizes, kinds, needs, each)
 
 

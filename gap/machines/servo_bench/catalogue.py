@@ -52,7 +52,10 @@ def _entry(
     places: tuple[tuple[str, str], ...],
     words: tuple[str, str],
 ) -> BenchEffect:
-    return BenchEffect(name, stage, parameters, JOINT, *words, servos, needs, places)
+    by_forces = stage == "transmission"
+    return BenchEffect(
+        name, stage, parameters, JOINT, *words, servos, needs, places, by_forces=by_forces
+    )
 
 
 CATALOGUE = (

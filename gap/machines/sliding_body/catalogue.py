@@ -8,7 +8,8 @@ STAGES = ("support", "friction", "sensing")
 def _effect(
     name: str, stage: str, parameters: tuple[Parameter, ...], physics: str, remedy: str
 ) -> Effect:
-    return Effect(name, stage, parameters, (Scope.ALL,), physics, remedy)
+    by_forces = stage == "friction"
+    return Effect(name, stage, parameters, (Scope.ALL,), physics, remedy, by_forces=by_forces)
 
 
 CATALOGUE = (
