@@ -35,11 +35,13 @@ def report_day(request: ReportRequest) -> ExitCode:
         print_json(_as_json(runs, gap))
     else:
         print(*day_lines(runs, gap, terminal_width()), sep="\n", flush=True)
+    if not read:  # a page without a run would look like one of a day on which nothing moved
+        return ExitCode.VERDICT_FAILED
     if not request.json or request.out is not None:
         out = request.out or _page_beside(request.paths[0])
         _write(out, runs, gap, request)
         print(f"page: {out}", file=sys.stderr if request.json else sys.stdout)
-    return ExitCode.OK if read else ExitCode.VERDICT_FAILED
+    return ExitCode.OK
 
 
 def _page_beside(first: Path) -> Path:

@@ -14,6 +14,7 @@ from record.trial.header import KIND_OF_SUFFIX
 from record.trial.header_file import read_text
 
 T = TypeVar("T")
+RUN_SUFFIXES = (".parquet", ".csv", ".toml", ".mcap")
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +81,8 @@ def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
 
 
 def _from_json(path: Path, make: Callable[[dict[str, Any]], T]) -> T:
+    if path.suffix in RUN_SUFFIXES:
+        raise GapError(f"{path} is a run; give the file of: bigant gap diagnose --json")
     text = read_text(path)
     try:
         answer = parse_json(text)

@@ -15,13 +15,13 @@ from gap.machine_kinds import (
     simulator_of,
 )
 from gap.residuals.hold_out import HoldOut
-from model.errors import GapError
+from model.errors import GapError, RecordError
 from record.log.export import export_trial
 from record.log.reader import LogContents
 from record.trial.header import KIND_OF_SUFFIX, LEGGED, TrialHeader, kind_of
 from record.trial.header_file import machine_tables, read_machine
 from record.trial.trial import Trial, read_trial
-from robot.gap_report.answer import DiagnosedRuns
+from robot.gap_report.answer import RUN_SUFFIXES, DiagnosedRuns
 from robot.gap_report.legged import NO_FILE, robot_text
 
 
@@ -239,6 +239,9 @@ def check_same_machine(trials: Sequence[Trial], names: Sequence[object]) -> None
 
 
 def _read(path: Path) -> Trial:
+    if path.suffix not in RUN_SUFFIXES:
+        kinds = ", ".join(RUN_SUFFIXES)
+        raise RecordError(f"{path} is no run: runs end in {kinds}")
     if path.suffix != ".mcap":
         return read_trial(path)
     with TemporaryDirectory() as folder:

@@ -119,6 +119,12 @@ def export(request: LogExportRequest) -> ExitCode:
 
 def _target(path: Path, kind: str, out: Path | None) -> Path:
     if kind == "tum":
+        other = {suffix for known in SUFFIXES.values() for suffix in known}
+        if out is not None and out.suffix in other:
+            raise ConfigError(
+                "--out",
+                f"for tum is the beginning of the names, {out.stem}_estimate.tum, not {out}",
+            )
         return out if out is not None else path.with_suffix("")
     suffixes = SUFFIXES[kind]
     if out is None:

@@ -193,6 +193,7 @@ WRONG = (
     (("log", "merge", "LOG", "--out", "OUT.mcap"), "two logs or more"),
     (("log", "export", "LOG", "--format", "csv", "--what", "joint"), "choose from joints"),
     (("log", "export", "LOG", "--format", "csv", "--out", "OUT.xls"), "must end in .csv"),
+    (("log", "export", "LOG", "--format", "tum", "--out", "x.csv"), "x_estimate.tum, not x.csv"),
     (("log", "export", "LOG", "--format", "tum", "--what", "truth"), "tum has its own"),
     (("import", "NONE.csv"), "there is no such file"),
     (("import", "LOG"), "is a log already: show, odom and gap take it as it is"),

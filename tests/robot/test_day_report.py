@@ -129,3 +129,12 @@ def test_the_gap_is_of_all_whole_runs_of_the_day_together(
     assert gap.verdict == "NO GAP"
     assert [path.name for path, _ in gap.left_out] == ["broken.mcap"]
     assert "gap: NO GAP. No gap." in "\n".join(day_lines(runs, gap, 80))
+
+
+def test_without_a_run_that_can_be_read_there_is_no_page(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "broken.mcap").write_bytes(bytes(2000))
+    assert cli.run(["report", str(tmp_path)]) == 1
+    assert "1 run could not be read" in " ".join(capsys.readouterr().out.split())
+    assert not list(tmp_path.glob("*.html"))

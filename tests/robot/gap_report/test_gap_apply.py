@@ -118,6 +118,22 @@ def test_what_cannot_be_applied_is_refused_in_one_line(
     assert not (tmp_path / "c.toml").exists()
 
 
+@pytest.mark.parametrize("command", ["apply", "next"])
+def test_a_file_of_another_kind_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    """A run where a diagnosis is wanted, and a page where a run is."""
+    page, out = tmp_path / "walk.html", ["--out", str(tmp_path / "c.toml")]
+    page.write_text("<p>")
+    if command == "apply":
+        assert run(["gap", "apply", "walk.mcap", *out]) != 0
+        words = "walk.mcap is a run; give the file of: bigant gap diagnose --json"
+    else:
+        assert run(["gap", "next", str(page)]) != 0
+        words = "walk.html is no run: runs end in .parquet, .csv, .toml, .mcap"
+    assert words in capsys.readouterr().err
+
+
 def test_without_its_runs_a_diagnosis_is_applied_but_not_measured(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
