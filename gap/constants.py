@@ -1,7 +1,6 @@
 """Every number that was set by hand and decides something in a diagnosis, with where it comes from.
 
-``docs/gap_constants.md`` has the table, with what half and twice of each does to the figures
-(``python -m benchmarks gap_constants``). A number that only limits effort (how many candidates are fitted)
+``docs/gap_constants.md`` has the table. A number that only limits effort (how many candidates are fitted)
 or that follows from theory is not here.
 """
 
@@ -31,7 +30,7 @@ THEORY, BY_HAND, DEVELOPMENT = (
 
 # is a cause new, is there a gap?
 FALSE_ALARMS = Constant(
-    0.05, "chance of a gap in a healthy machine, as far as references can promise it", THEORY
+    0.05, "probability that a healthy machine is reported to have a gap (the aim)", THEORY
 )
 OPEN_LEVEL = Constant(
     0.3, "the same chance of a cause where energies show a gap already, whatever its cause", BY_HAND
@@ -47,7 +46,7 @@ JOINTS_DIFFER = Constant(
 )  # fmt: skip
 JOINTS_DIFFER_WORTH = Constant(3.0, "joints that JOINTS_DIFFER is worth", BY_HAND)
 JOINT_UNLIKE = Constant(
-    0.1, "probability that a joint scatters from day to day like no other", BY_HAND
+    0.1, "probability that a joint's day-to-day scatter is unlike that of all others", BY_HAND
 )
 CHANNELS_APART = Constant(
     6.0, "channels of one run that count as independent where their scatter is pooled", DEVELOPMENT
@@ -71,11 +70,11 @@ HELD_OUT_ADDS = Constant(
     "less than the shares are rounded to",
 )  # fmt: skip
 LEAST_SHARE = Constant(
-    0.02, "share of the score of its channels that a cause must close, without references",
+    0.02, "share of the score of its channels that a cause must explain, without references",
     "on the servos of an SO-101 arm",
 )  # fmt: skip
 REST_SHARE = Constant(
-    0.24, "share of the score beyond healthy runs', in its channels, that one more cause must close",
+    0.24, "share of the score beyond healthy runs', in its channels, that one more cause must explain",
     DEVELOPMENT,
 )  # fmt: skip
 TRIMMED = Constant(
@@ -148,31 +147,31 @@ TEMPERATURE = Constant(
     2.0, "log likelihood difference of two causes that counts as one", DEVELOPMENT
 )
 ERROR_SHARE = Constant(
-    0.5, "of that difference's standard error, that is added to the temperature", DEVELOPMENT
+    0.5, "share of that difference's standard error that is added to the temperature", DEVELOPMENT
 )
 MISFIT_SHARE = Constant(
     0.02,
-    "of the misfit left beyond a healthy machine's, that is added to the temperature",
+    "share of the misfit beyond a healthy machine's that is added to the temperature",
     DEVELOPMENT,
 )
 NONE = Constant(
     -5.5,
-    "log odds of none of the catalogue where everything is closed down to expectation",
+    "log odds of none of the catalogue if the residual is as small as expected",
     DEVELOPMENT,
 )
 NONE_ENERGY = Constant(
     0.3, "added to them for each e-fold of energy over expectation that is left", DEVELOPMENT
 )
-NONE_OPEN = Constant(9.0, "added for the whole gap left open, with references", DEVELOPMENT)
+NONE_OPEN = Constant(9.0, "added if none of the gap is explained, with references", DEVELOPMENT)
 NONE_OPEN_ALONE = Constant(6.0, "the same without references", DEVELOPMENT)
 NONE_WORST = Constant(
     0.25, "added for each e-fold of the worst channel's energy, with references", DEVELOPMENT
 )
 NONE_WORST_ALONE = Constant(0.1, "the same without references", DEVELOPMENT)
 NONE_MANY = Constant(1.0, "added for each cause above two, with references", DEVELOPMENT)
-SURELY_ODD = Constant(0.01, "chance below which what is left counts in full", THEORY)
+SURELY_ODD = Constant(0.01, "p-value of the residual below which it counts in full", THEORY)
 NONE_LIKELY = Constant(0.5, "probability of none above which a gap is unexplained", THEORY)
 CLEAR_EXCESS = Constant(
-    1.5, "energy over expectation of a channel that is a gap though no cause helps, without references",
+    1.5, "energy over expectation from which a channel has a gap, even if no cause explains it",
     BY_HAND,
 )  # fmt: skip

@@ -60,7 +60,7 @@ def run_demo(request: GapDemoRequest) -> ExitCode:
         f"{healthy} of a healthy one:"
     )
     _make(runs, request.jobs)
-    print("\nStep 2: a diagnosis that is not told what is wrong:")
+    print("\nStep 2: the diagnosis, which gets only the runs:")
     print(f"   {diagnose_words(diagnose)}\n", flush=True)
     diagnosis = report_diagnosis(diagnose)
     print("\nStep 3: the answer against what was injected:")

@@ -27,7 +27,7 @@ FOLDER = "baselines"
 # What a baseline is computed from besides the runs.
 PACKAGES = ("gap", "model", "record")
 REUSED = (
-    "the baseline model errors are those found before for these references "
+    "baseline model errors: reused from an earlier diagnosis with these references "
     "(--fresh finds them again)"
 )
 

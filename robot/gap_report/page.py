@@ -116,7 +116,7 @@ def diagnosis_page(
             (b.method, "; ".join(place_words(e, j) for e, j in b.causes)) for b in d.baselines
         ],
         made_of=(
-            f"Simulator {d.simulator}; baseline from {d.floor_source}; judged by "
+            f"Simulator {d.simulator}; baseline from {d.floor_source}; tested on "
             f"{held_out_words(d, paths, 3)}; {d.false_alarm_words}; {d.predictions} runs simulated; "
             f"seed {d.seed}."
         ),
@@ -135,14 +135,14 @@ def _facts(d: Diagnosis) -> list[tuple[str, str]]:
             )
         change = f"{far.before:.2f} → {far.after:.2f}"
         facts.append((change, "RMS difference; 1 is the baseline, without a gap"))
-        facts.append((percent_words(d.none), "chance that it is none of the catalogue"))
+        facts.append((percent_words(d.none), "probability that the cause is not in the catalogue"))
     count = len(d.fitted_trials)
     if judged_by_parts(d):
         of = "run" if count == 1 else "runs, of each"
-        facts.append((str(count), f"{of}: fitted to the first two thirds, judged by the last"))
+        facts.append((str(count), f"{of}: fitted on the first two thirds, tested on the last"))
     else:
         facts.append((str(count), "runs fitted"))
-        facts.append((str(len(d.held_out_trials)), "held-out runs, which judge"))
+        facts.append((str(len(d.held_out_trials)), "held-out runs for testing"))
     return facts
 
 
@@ -158,8 +158,8 @@ def _card(one: NamedCause) -> dict[str, object]:
         "physics": one.physics,
         "remedy": one.remedy,
         "evidence": (
-            f"Stage {one.stage}. Explains {percent_words(one.shrink)} of the gap (by itself "
-            f"{percent_words(one.alone)}, on top of the others {percent_words(one.last)}; energy above the "
+            f"Stage {one.stage}. Explains {percent_words(one.shrink)} of the gap (alone "
+            f"{percent_words(one.alone)}, added last {percent_words(one.last)}; energy above the "
             f"baseline); predicts held-out blocks better by {one.nats:.0f} ± {one.nats_error:.0f} nats."
         ),
     }

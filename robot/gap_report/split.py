@@ -101,11 +101,11 @@ def split_lines(
     fitted, held = split(simulator, runs.trials, runs.hold_out)
     own = {part.trial for part in fitted}
     if own & {part.trial for part in held}:
-        yield f"fitted to the first two thirds of {_files(own, paths)}; the last third of each judges"
+        yield f"fitted to the first two thirds of {_files(own, paths)}; tested on the last third of each"
     else:
         why = f" ({', '.join(chosen)})" if chosen else ""
         judges = {part.trial for part in held}
-        yield f"fitted to {_files(own, paths)}; held out to judge{why}: {_files(judges, paths)}"
+        yield f"fitted to {_files(own, paths)}; held out for testing{why}: {_files(judges, paths)}"
     compared = sorted({_rate(part.observation.time_s) for part in (*fitted, *held)})
     logged = sorted({_rate(trial.time_s) for trial in runs.trials})
     yield f"compared at {_span(compared)} Hz; logged at {_span(logged)} Hz"

@@ -48,7 +48,7 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> li
         lacks = ", ".join(place_words(one.effect, one.joints) for one in d.standing)
         lines.append(f"baseline model errors, also in healthy runs: {lacks}")
     judges = held_out_words(d, paths, MOST_CHANNELS)
-    lines.append(f"held out to judge: {judges}; baseline from {d.floor_source}")
+    lines.append(f"held out for testing: {judges}; baseline from {d.floor_source}")
     lines.append(d.false_alarm_words)
     spaced = [line for i, line in enumerate(lines) if line or (i and lines[i - 1])]
     return [piece for line in spaced for piece in wrapped(line, width)]
@@ -66,7 +66,9 @@ def _to_do(d: Diagnosis) -> list[str]:
         run = "bigant gap next" if legged else NOT_LEGGED
         lines.append(f"run that settles it: {run}")
     if legged and d.causes and d.verdict is not Verdict.UNEXPLAINED:
-        lines.append("to apply: run again with --json d.json, then: bigant gap apply d.json")
+        lines.append(
+            "to apply: write the diagnosis with --json d.json, then: bigant gap apply d.json"
+        )
     return lines
 
 
@@ -109,7 +111,7 @@ def _where(d: Diagnosis, width: int) -> list[str]:
         phase = f" at phase {cell.phase:.2f}" if not math.isnan(cell.phase) else ""
         place = f" {cell.joint}" if cell.joint else ""
         lines.append(
-            f"  {cell.channel}{place}{phase}: off by {cell.mean:+.2g} of its noise (p {cell.p:.3f})"
+            f"  {cell.channel}{place}{phase}: off by {cell.mean:+.2g} times its noise (p {cell.p:.3f})"
         )
     if stage_note(d):
         lines.append(f"  {stage_note(d)}")

@@ -46,7 +46,9 @@ def test_a_servo_with_play(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     arguments = ["gap", "diagnose", *paths, "--html", str(page), "--json", str(told), "--jobs", "1"]
     assert run(arguments) == 0
     out = capsys.readouterr().out
-    assert out.startswith("fitted to run0.csv, run1.csv, run2.csv; held out to judge: run3.csv\n")
+    assert out.startswith(
+        "fitted to run0.csv, run1.csv, run2.csv; held out for testing: run3.csv\n"
+    )
     assert "\n\nEXPLAINED\n" in out
     assert "play at arm (width_rad 0.03" in out
     found = json.loads(told.read_text())

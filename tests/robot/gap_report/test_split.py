@@ -46,12 +46,12 @@ def test_what_is_held_out_is_chosen_and_said_first(
     assert cli.run(words) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith(
-        "fitted to slow.parquet, fast.parquet; held out to judge (trajectory="
+        "fitted to slow.parquet, fast.parquet; held out for testing (trajectory="
     )
     assert "compared at 50 Hz; logged at 50 Hz" in lines
     assert lines.index("EXPLAINED") > lines.index("compared at 50 Hz; logged at 50 Hz")
     assert any("controller_gain at arm (ratio 0.50" in line for line in lines)
-    assert any(line.startswith("held out to judge: steps.parquet") for line in lines)
+    assert any(line.startswith("held out for testing: steps.parquet") for line in lines)
 
 
 @pytest.mark.parametrize(
