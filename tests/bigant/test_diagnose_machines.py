@@ -29,7 +29,7 @@ def test_a_function_and_its_file_give_the_same_answer(lab: dict[str, Any]) -> No
 def test_the_runs_that_judge_can_be_chosen(lab: dict[str, Any]) -> None:
     runs = [lab["made_up_trial"](stretch=0.06) for _ in range(3)]
     chosen = bigant.diagnose(runs, machine=lab["make"], hold_out=["trial=run 1", "trial=run 3"])
-    assert "held out to judge: run 1, run 3" in repr(chosen)
+    assert "held out for testing: run 1, run 3" in repr(chosen)
     thirds = bigant.diagnose(runs, machine=lab["make"], hold_out="last-third")
     assert "last third" in repr(thirds)
 

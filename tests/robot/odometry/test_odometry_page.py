@@ -304,7 +304,7 @@ def test_an_estimate_that_is_farther_off_than_it_believes_is_not_called_good(
     truth = found.truth._replace(pose=places)
     far = replace(found, truth=truth, twist_nees=unknown, pose_nees=unknown)
     kind, words = verdict_of(far)
-    assert (kind, "times the sd of its position" in words) == ("warn", True)
+    assert (kind, "times the sd of its place" in words) == ("warn", True)
 
 
 def test_the_command_writes_the_same_page_by_either_option_and_keeps_an_earlier_one(
