@@ -1,4 +1,4 @@
-"""Noise, gates and limits of the estimator, SI units; ``docs/odometry_measured.md`` says how they were found."""
+"""Noise, gates and limits of the estimator in SI units; found as ``docs/odometry_measured.md`` says."""
 
 from dataclasses import asdict, dataclass
 from math import isfinite
