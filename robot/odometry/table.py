@@ -199,12 +199,12 @@ def unknown_rows(comparison: OdometryComparison) -> list[tuple[str, str]]:
 
 def consistency_rows(comparison: OdometryComparison) -> list[tuple[str, str]]:
     """Whether the estimator's covariances are as large as its errors: label and words."""
-    parts = [
-        f"{name} {number_text(known_mean(values), 2)} "
-        f"({100 * in_band(values, 3):.0f} % of ticks in the 95 % band)"
-        for name, values in (("velocity", comparison.twist_nees), ("pose", comparison.pose_nees))
-        if np.isfinite(values).any()
-    ]
+    parts: list[str] = []
+    for name, values in (("velocity", comparison.twist_nees), ("pose", comparison.pose_nees)):
+        if np.isfinite(values).any():
+            what = "" if parts else " of ticks in the 95 % band"
+            share = f"{100 * in_band(values, 3):.0f} %{what}"
+            parts.append(f"{name} {number_text(known_mean(values), 2)} ({share})")
     rows = [("NEES", f"{', '.join(parts)}; {IN_THREE}")] if parts else []
     return rows + innovation_rows(comparison)
 
