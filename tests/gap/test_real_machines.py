@@ -70,7 +70,7 @@ def _cut(one: Found) -> int:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("joint", ["Rotation", "Elbow"])
+@pytest.mark.parametrize("joint", [pytest.param("Rotation", marks=pytest.mark.soak), "Elbow"])
 def test_an_arm_joint_is_explained_by_more_than_a_delay(joint: str, tmp_path: Path) -> None:
     trials = bring_in(Path(FOLDER), "so101", tmp_path)
     found = diagnose(trials, tmp_path / "page.html", "--joint", joint)

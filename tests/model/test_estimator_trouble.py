@@ -242,12 +242,13 @@ def test_a_sensor_that_is_always_wrong_degrades_health() -> None:
     assert Health.DEGRADED in {e.health for e in said[301:]}
 
 
-def test_covariance_stays_sound_over_twenty_thousand_steps() -> None:
+@pytest.mark.parametrize("steps", [5_000, pytest.param(20_000, marks=pytest.mark.soak)])
+def test_covariance_stays_sound_over_many_steps(steps: int) -> None:
     """The benchmark does a million."""
     estimator = Estimator(CONTACT, WEIGHT_N)
     state = estimator.initial()
     smallest = np.inf
-    for i in range(20_000):
+    for i in range(steps):
         known = WORLD.inputs[i % 1000]
         t_ns = i * PERIOD_NS
         forces = known.forces

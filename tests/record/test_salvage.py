@@ -76,12 +76,13 @@ def indexes(ticks: list[Tick]) -> list[int]:
     return [tick.index for tick in ticks]
 
 
-def test_cut_at_300_random_places_it_reads_up_to_the_last_second(
-    tmp_path: Path, whole: Whole
+@pytest.mark.parametrize("cuts", [60, pytest.param(300, marks=pytest.mark.soak)])
+def test_cut_at_random_places_it_reads_up_to_the_last_second(
+    cuts: int, tmp_path: Path, whole: Whole
 ) -> None:
     """The chunk in which the cut lies is lost, nothing before it, and it is shorter than a second."""
     rng = np.random.default_rng(0)
-    for cut in rng.integers(0, len(whole.data), 300).tolist():
+    for cut in rng.integers(0, len(whole.data), cuts).tolist():
         back, contents = read(tmp_path / "cut.mcap", whole.data[:cut])
         complete = [chunk for chunk in whole.chunks if chunk.end <= cut]
         open_chunk = next((c for c in whole.chunks if c.end > cut), None)

@@ -203,7 +203,8 @@ def test_a_healthy_robot_raises_no_alarm(case: str) -> None:
     assert topics(review(HEALTHY[case]).warnings) == []
 
 
-def test_a_hundred_robots_of_ten_per_cent_raise_no_alarm() -> None:
+@pytest.mark.parametrize("robots", [30, pytest.param(100, marks=pytest.mark.soak)])
+def test_robots_of_ten_per_cent_raise_no_alarm(robots: int) -> None:
     random = np.random.default_rng(0)
 
     def spread(value: Any) -> Any:
@@ -214,7 +215,7 @@ def test_a_hundred_robots_of_ten_per_cent_raise_no_alarm() -> None:
         )
 
     alarms = []
-    for _ in range(100):
+    for _ in range(robots):
         size = random.uniform(0.9, 1.1)
         changes = dict.fromkeys(SIZES, times(size))
         changes |= {"body.mass": spread, "body.inertia": spread, "contact.stiffness": spread,
