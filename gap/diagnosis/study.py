@@ -85,9 +85,9 @@ class Study:
         floor = replace(floor, sigma=np.fmax(floor.sigma, ASSUMED_MISFIT * misfit))
         return make_evidence(self.predictor, self.fitted, drive, floor)
 
-    def held_evidence(self) -> Evidence:
-        """Return what judges, end to end."""
-        return make_evidence(self.predictor, self.held, Drive.COMMAND, self.floor(Drive.COMMAND))
+    def held_evidence(self, drive: Drive = Drive.COMMAND) -> Evidence:
+        """Return what judges: end to end, or as it is fitted to."""
+        return make_evidence(self.predictor, self.held, drive, self.floor(drive))
 
     def healthy_evidence(self, drive: Drive) -> Evidence | None:
         """Return the references in the same units; None for too few."""

@@ -15,6 +15,7 @@ from gap.search.options import (
     NEAR,
     SHORTLIST,
     Option,
+    energy_share_of,
     fit_option,
     nats_beyond,
     on_bound,
@@ -81,6 +82,7 @@ class Search:
         rounds: Most steps of a fit.
         least_gain: Share of the whole score that a cause must gain where there are no references.
         pairs: Whether two causes are tried together where there are no references and no one is worth it.
+        laws: Whether a law that alone gains too little is tried with the cause that it needs.
     """
 
     shortlist: int = SHORTLIST
@@ -89,6 +91,7 @@ class Search:
     rounds: int = ROUNDS
     least_gain: float = 0.0
     pairs: bool = False
+    laws: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,7 +171,9 @@ class Look:
         if not selection.steps:
             return True
         usual = usual_score(self.evidence, self.healthy)
-        return share_of(self.evidence, one, selection.fitted, usual) >= REST_SHARE
+        share = share_of(self.evidence, one, selection.fitted, usual)
+        energy = energy_share_of(self.evidence, one, selection.fitted, self.healthy)
+        return max(share, energy) >= REST_SHARE
 
     def off_bound(self, best: Option, p: float, options: Sequence[Option]) -> tuple[Option, float]:
         """Prefer to one fitted to its bound another that is no farther behind than the misfit hides."""

@@ -11,6 +11,7 @@ from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate
 from gap.search.cross_validation import advantage, unseen_score
 from gap.search.fit import fit_causes
+from gap.search.law_pairs import law_with_partner
 from gap.search.look import Known, Look, Search, Selection, Step
 from gap.search.options import worth
 from gap.search.pairs import best_pair
@@ -82,6 +83,11 @@ def _forward(
         progress(len(selection.steps) / look.search.most)
     if look.search.pairs and not selection.steps and look.known is None:
         selection = best_pair(look, selection, signatures) or selection
+    if look.search.laws and len(selection.steps) + 1 < look.search.most:
+        both = law_with_partner(look, selection, candidates)
+        if both is not None:
+            signatures = make_signatures(evidence, candidates, both.fitted.causes, lambda _: None)
+            return _forward(look, both, candidates, signatures, progress)
     return selection, signatures
 
 

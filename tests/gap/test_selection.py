@@ -25,6 +25,7 @@ from gap.search.look import Known, Look, Search, Selection
 from gap.search.options import (
     CAUSE_LEVEL,
     Option,
+    energy_share_of,
     fit_option,
     on_bound,
     share_of,
@@ -144,6 +145,46 @@ def test_a_cause_closes_what_is_there_and_another_only_a_share() -> None:
 
     assert share("stiffness", "c", 0.9) > 0.95
     assert share("grip", "c", 0.9) < 0.7
+
+
+def test_of_a_large_misfit_a_cause_closes_energy_and_hardly_any_score() -> None:
+    toy = Toy()
+    found, healthy = evidences(
+        toy, toy_case([Cause("offset", ("b",), (0.5,))], 3), toy_references(3)
+    )
+    assert healthy is not None
+    standing = fit_causes(found, ())
+    half = Candidate(next(e for e in toy.effects if e.name == "offset"), ("b",))
+    fixed = replace(half.effect, parameters=(replace(half.effect.parameters[0], upper=0.25),))
+    most = Candidate(fixed, ("b",))
+    residual = found.residuals([(half.cause((0.25,)),)])[0]
+    fitted = Fitted((half.cause((0.25,)),), residual, np.zeros((0,)), np.zeros(0), 0.0)
+    option = Option(most, fitted, found.score(residual).sum(axis=1), Advantage(1.0, 1.0))
+    share = share_of(found, option, standing, usual_score(found, healthy.runs))
+    assert share < 0.3
+    assert energy_share_of(found, option, standing, healthy.runs) == pytest.approx(0.75, abs=0.05)
+
+
+def test_a_law_that_is_worth_little_alone_comes_with_its_partner() -> None:
+    """Stiffer springs hide a law of friction, and the law the springs; only both are worth their price."""
+    toy = Toy(
+        tuple(
+            replace(e, scopes=(Scope.ALL,))
+            for e in EFFECTS
+            if e.name in {"stiffness", "bias", "square_law"}
+        )
+    )
+
+    def found_with(causes: list[Cause], search: Search) -> set[str]:
+        conditions = (*CONDITIONS, *CONDITIONS[:2])
+        runs = [toy_trial(causes, hz, g, seed=70 + i) for i, (hz, g) in enumerate(conditions)]
+        found, _ = evidences(toy, runs, [])
+        return {one.effect for one in select_all(found, None, toy, search).fitted.causes}
+
+    both = [Cause("square_law", (), ()), Cause("stiffness", (), (1.3,))]
+    assert found_with(both, Search(least_gain=0.3)) == set()
+    assert found_with(both, Search(least_gain=0.3, laws=True)) == {"square_law", "stiffness"}
+    assert found_with(both[1:], Search(least_gain=0.3, laws=True)) == {"stiffness"}
 
 
 def test_the_delay_of_a_sensor_stands_however_small_it_is() -> None:

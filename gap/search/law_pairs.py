@@ -1,0 +1,65 @@
+"""A law that is worth little alone, with the cause that makes it worth much.
+
+A law of friction has no size, and other numbers have adjusted to its absence: dry friction on legs that do
+not give is little better than wet friction, and legs that give are little better under wet friction. Each
+alone explains a few percent of what healthy runs show, both together explain a fifth. So a law that is
+better than none is put in on trial, and stays if it and what then
+comes next are each worth it with the other.
+"""
+
+from collections.abc import Sequence
+
+from gap.search.candidates import Candidate
+from gap.search.cross_validation import advantage
+from gap.search.look import Look, Selection, Step
+from gap.search.options import Option, fit_option, worth
+from gap.search.replacement import without
+from gap.search.screen import make_signatures
+
+
+def law_with_partner(
+    look: Look, selection: Selection, candidates: Sequence[Candidate]
+) -> Selection | None:
+    """Return the selection with a law and the cause that belongs to it; None where no two are worth it.
+
+    Args:
+        look: Says what is fitted to, and when a cause is worth it.
+        selection: The causes so far.
+        candidates: All of them.
+    """
+    taken = {(cause.effect, cause.joints) for cause in selection.fitted.causes}
+    for law in candidates:
+        if law.effect.parameters or law.key in taken:
+            continue
+        start = (*selection.fitted.causes, law.cause(()))
+        option = fit_option(look.evidence, law, start, selection.unseen, look.search.rounds)
+        if not worth(option.over, 0, len(option.unseen)):
+            continue
+        both = _with_partner(look, selection, option, candidates)
+        if both is not None:
+            return both
+    return None
+
+
+def _with_partner(
+    look: Look, selection: Selection, law: Option, candidates: Sequence[Candidate]
+) -> Selection | None:
+    """Return the selection with the law and the best other cause, if each is worth it."""
+    evidence = look.evidence
+    on_trial = Selection(law.fitted, law.unseen, (*selection.steps, Step(law, ())), selection.p)
+    signatures = make_signatures(evidence, candidates, law.fitted.causes, lambda _: None)
+    added = look.one_more(on_trial, signatures)
+    if added is None or added[1] >= look.level(law.fitted.residual):
+        return None
+    partner, _, rivals = added
+    at = len(selection.steps)
+    alone = fit_option(
+        evidence, partner.added, without(partner.fitted.causes, at), selection.unseen,
+        look.search.rounds,
+    )  # fmt: skip
+    lost = advantage(partner.unseen, alone.unseen, evidence.block_part)
+    least = look.search.least_gain * float(alone.unseen.sum())
+    if lost.nats < least or not worth(lost, 0, len(alone.unseen)):
+        return None
+    steps = (*on_trial.steps, Step(partner, rivals))
+    return Selection(partner.fitted, partner.unseen, steps, selection.p)

@@ -1,0 +1,50 @@
+"""Which causes held-out runs may drop, and which they may not."""
+
+from dataclasses import replace
+
+import pytest
+
+import gap.diagnosis.drop_worse as drop_module
+from gap.diagnosis.drop_worse import drop_worse
+from gap.diagnosis.gap_evidence import GapEvidence, compare
+from gap.diagnosis.how_far import HowFar, how_far
+from gap.diagnosis.study import make_study
+from gap.interfaces import Cause
+from gap.residuals.evidence import Evidence
+from gap.search.candidates import Candidate
+from gap.search.cross_validation import unseen_score
+from gap.search.fit import fit_causes
+from gap.search.look import Selection, Step
+from gap.search.options import fit_option
+from tests.gap.toy import EFFECTS, Toy, toy_case, toy_references
+
+
+def selected(comparison: GapEvidence, causes: list[Cause]) -> Selection:
+    """Causes as if the search had taken them."""
+    evidence, effects = comparison.evidence, {one.name: one for one in EFFECTS}
+    fitted = fit_causes(evidence, ())
+    selection = Selection(fitted, unseen_score(evidence, fitted), ())
+    for one in causes:
+        added = Candidate(effects[one.effect], one.joints)
+        start = (*selection.fitted.causes, one)
+        option = fit_option(evidence, added, start, selection.unseen)
+        steps = (*selection.steps, Step(option, ()))
+        selection = Selection(option.fitted, option.unseen, steps)
+    return selection
+
+
+def test_a_cause_that_only_the_whole_chain_cannot_follow_stays(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """End to end every cause is said to make held-out runs worse; measured inputs know better of one."""
+    true, made_up = Cause("stiffness", ("c",), (0.8,)), Cause("bias", ("a",), (0.1,))
+    toy = Toy()
+    study = make_study(toy_case([true], 3), toy, toy_references(3))
+    comparison = compare(study, lambda _: None)
+
+    def all_worse(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
+        return replace(how_far(held, causes, seed), worse=(True,) * len(causes))
+
+    monkeypatch.setattr(drop_module, "how_far", all_worse)
+    left, _ = drop_worse(comparison, selected(comparison, [true, made_up]), 0)
+    assert [one.effect for one in left.fitted.causes] == ["stiffness"]
