@@ -201,8 +201,38 @@ def check_facts(record: Record, scenario_text: str) -> None:
             assert fact.value == wanted, key
 
 
-@pytest.mark.parametrize("assumed", FLIPPED.values(), ids=FLIPPED)
-def test_what_was_assumed_is_measured(assumed: str, tmp_path: Path) -> None:
+# Every assumption of the fault matrix, several at once: each is measured by itself, whatever the others are.
+TOGETHER = (
+    (
+        "reads across gaps give an error", "firmware 44", "a servo takes 0.5 ms to answer",
+        "a servo restarts in 0.1 s", "commands to the unit are sent back",
+        "a start sets the sequence back", "the adapter waits 1 ms",
+    ),
+    (
+        "a watchdog hears only its own id", "a damaged request is answered",
+        "the goal becomes here at torque on", "a mode change keeps the gains",
+        "unknown status bits are set", "the unit's rate is not exact", "no greeting",
+    ),
+    ("a servo restarts in 0.8 s", "blank lines before prompts", "the adapter waits 16 ms"),
+)  # fmt: skip
+
+
+def scenario_of(assumptions: Sequence[str]) -> str:
+    """One scenario file of several assumptions."""
+    tables: dict[str, list[str]] = {}
+    for words in assumptions:
+        table, line = FLIPPED[words].splitlines()
+        tables.setdefault(table, []).append(line)
+    return "".join(f"{table}\n" + "\n".join(lines) + "\n" for table, lines in tables.items())
+
+
+def test_every_assumption_is_measured_in_some_set() -> None:
+    assert sorted(words for together in TOGETHER for words in together) == sorted(FLIPPED)
+
+
+@pytest.mark.parametrize("together", TOGETHER, ids=("first", "second", "third"))
+def test_what_was_assumed_is_measured(together: tuple[str, ...], tmp_path: Path) -> None:
+    assumed = scenario_of(together)
     record = do_steps(first_day(tmp_path, site_with(tmp_path, assumed)), DEVICE_STEPS)
     assert [n for n, one in record.latest.items() if one.verdict is CheckVerdict.FAIL] == []
     assert len(record.facts) == 16
