@@ -57,7 +57,7 @@ def moving_json(figure: Figure) -> str:
     Raises:
         TypeError: Something is drawn in it that has no counterpart in a plot.
     """
-    figure.draw_without_rendering()  # places and limits are settled
+    _settle(figure)
     marks = list(_marks(figure))
     axes = [ax for ax in figure.axes if ax.get_label() != COLOUR_BAR]
     grids = [spec.get_gridspec() for ax in axes if (spec := ax.get_subplotspec())]
@@ -69,6 +69,14 @@ def moving_json(figure: Figure) -> str:
         "legend": [one._asdict() for one in marks if one.name in drawn],
     }
     return script_json(plots)
+
+
+def _settle(figure: Figure) -> None:
+    """Find the places of panels once: laid out and drawn for each use, a page takes longer."""
+    layout = figure.get_layout_engine()
+    if layout is not None:
+        layout.execute(figure)
+        figure.set_layout_engine("none")
 
 
 @cache

@@ -201,7 +201,7 @@ def check_facts(record: Record, scenario_text: str) -> None:
             assert fact.value == wanted, key
 
 
-# Every assumption of the fault matrix, several at once: each is measured by itself, whatever the others are.
+# Every assumption of the fault matrix, several at once: each is measured whatever the others are.
 TOGETHER = (
     (
         "reads across gaps give an error", "firmware 44", "a servo takes 0.5 ms to answer",

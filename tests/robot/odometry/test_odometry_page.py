@@ -44,6 +44,7 @@ from tests.robot.odometry.poorer_logs import (
     places_only,
     standing_truth,
 )
+from tests.robot.report.text_only import words_only as words_only
 
 CONFIG = load_robot()
 TITLES = (
@@ -125,6 +126,7 @@ def test_the_page_has_every_part_with_its_picture_and_no_nan(found: OdometryComp
     assert f"{found.errors[0].end_percent:.1f} % of the path off at the end" in text
 
 
+@pytest.mark.usefixtures("words_only")
 def test_reasons_and_rejections_are_on_the_page_with_their_times(
     troubled: OdometryComparison,
 ) -> None:
@@ -158,6 +160,7 @@ def posed(item: StampedTick, number: int, astray: int) -> StampedTick:
     return replace(item, tick=replace(tick, inputs=replace(tick.inputs, poses=(pose,))))
 
 
+@pytest.mark.usefixtures("words_only")
 def test_a_pose_that_is_metres_away_is_among_the_rejected(
     log: Path, tracked: TrackedLog, found: OdometryComparison
 ) -> None:
@@ -188,6 +191,7 @@ def test_rejections_of_gyro_and_tilt_are_named(found: OdometryComparison) -> Non
     assert (pitch.place, pitch.count) == ("tilt pitch", 1)
 
 
+@pytest.mark.usefixtures("words_only")  # drawing() draws
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -222,6 +226,7 @@ def test_what_has_no_number_has_words(
     json.loads(json_text(as_json(found)))
 
 
+@pytest.mark.usefixtures("words_only")
 def test_without_a_phase_there_is_no_distance_a_stride_and_no_word_of_it(
     tracked: TrackedLog,
 ) -> None:
@@ -324,6 +329,7 @@ def test_the_command_writes_the_same_page_by_either_option_and_keeps_an_earlier_
     assert not (tmp_path / "a.2.html").exists(), "the same page is no earlier one"
 
 
+@pytest.mark.usefixtures("words_only")
 def test_without_compare_the_simpler_methods_are_left_out(found: OdometryComparison) -> None:
     with_them, alone = (
         text_of(page_of(one)).split("What the words mean")[0]
