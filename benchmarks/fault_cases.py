@@ -3,6 +3,7 @@
 ``benchmarks.fault_matrix`` runs them; ``benchmarks.soak`` takes the flipped assumptions from here too.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from model.values.faults import FaultKind, StopReason
@@ -30,6 +31,30 @@ FLIPPED = {
     "the adapter waits 1 ms": "[adapter]\nlatency_timer_s = 0.001\n",
     "the adapter waits 16 ms": "[adapter]\nlatency_timer_s = 0.016\n",
 }
+# All of them, several at once: one run of each set meets each of them.
+TOGETHER = (
+    (
+        "reads across gaps give an error", "firmware 44", "a servo takes 0.5 ms to answer",
+        "a servo restarts in 0.1 s", "commands to the unit are sent back",
+        "a start sets the sequence back", "the adapter waits 1 ms",
+    ),
+    (
+        "a watchdog hears only its own id", "a damaged request is answered",
+        "the goal becomes here at torque on", "a mode change keeps the gains",
+        "a servo restarts in 0.8 s", "unknown status bits are set",
+        "the unit's rate is not exact", "no greeting",
+    ),
+    ("blank lines before prompts", "the adapter waits 16 ms"),
+)  # fmt: skip
+
+
+def assumed(together: Sequence[str]) -> str:
+    """Return one scenario, TOML, of several assumptions of ``FLIPPED``."""
+    tables: dict[str, list[str]] = {}
+    for words in together:
+        table, key = FLIPPED[words].splitlines()
+        tables.setdefault(table, []).append(key)
+    return "".join("\n".join([table, *keys, ""]) for table, keys in tables.items())
 
 
 @dataclass(frozen=True, slots=True)

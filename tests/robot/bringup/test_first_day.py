@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.fault_cases import FLIPPED
+from benchmarks.fault_cases import FLIPPED, TOGETHER, assumed
 from drivers.ati.foot_forces import ForceScales
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.frames import Instruction, build_instruction
@@ -42,7 +42,6 @@ from sim_hw.faults.scenario import load_scenario, parse_scenario
 from tests.robot.design.robot_files import robot_with
 from tests.robot.design.test_concerns import moved
 from tests.robot.other_servos import MIXED, MIXED_MODELS, other_robot
-from tests.soaked import soaked
 
 CONFIG = load_robot()
 QUICK = DayOptions(loop_s=1.0, reboots=1, frequency_hz=0.3)
@@ -201,63 +200,36 @@ def check_facts(record: Record, scenario_text: str) -> None:
             assert fact.value == wanted, key
 
 
-# Every assumption of the fault matrix, several at once: each is measured whatever the others are.
-TOGETHER = (
-    (
-        "reads across gaps give an error", "firmware 44", "a servo takes 0.5 ms to answer",
-        "a servo restarts in 0.1 s", "commands to the unit are sent back",
-        "a start sets the sequence back", "the adapter waits 1 ms",
-    ),
-    (
-        "a watchdog hears only its own id", "a damaged request is answered",
-        "the goal becomes here at torque on", "a mode change keeps the gains",
-        "unknown status bits are set", "the unit's rate is not exact", "no greeting",
-    ),
-    ("a servo restarts in 0.8 s", "blank lines before prompts", "the adapter waits 16 ms"),
-)  # fmt: skip
-
-
-def scenario_of(assumptions: Sequence[str]) -> str:
-    """One scenario file of several assumptions."""
-    tables: dict[str, list[str]] = {}
-    for words in assumptions:
-        table, line = FLIPPED[words].splitlines()
-        tables.setdefault(table, []).append(line)
-    return "".join(f"{table}\n" + "\n".join(lines) + "\n" for table, lines in tables.items())
-
-
 def test_every_assumption_is_measured_in_some_set() -> None:
     assert sorted(words for together in TOGETHER for words in together) == sorted(FLIPPED)
 
 
 @pytest.mark.parametrize("together", TOGETHER, ids=("first", "second", "third"))
 def test_what_was_assumed_is_measured(together: tuple[str, ...], tmp_path: Path) -> None:
-    assumed = scenario_of(together)
-    record = do_steps(first_day(tmp_path, site_with(tmp_path, assumed)), DEVICE_STEPS)
+    scenario = assumed(together)
+    record = do_steps(first_day(tmp_path, site_with(tmp_path, scenario)), DEVICE_STEPS)
     assert [n for n, one in record.latest.items() if one.verdict is CheckVerdict.FAIL] == []
     assert len(record.facts) == 16
-    check_facts(record, assumed)
+    check_facts(record, scenario)
     measured = load_scenario(tmp_path / "day" / FACTS_FILE, IDS)
     assert measured.force_unit.empty_line == "\r\n>"
 
 
-# What the steps behind the devices meet as well; all the others are met by the devices' own steps, above.
-WHOLE_DAYS = (
-    "a watchdog hears only its own id",
-    "a servo restarts in 0.8 s",
-    "the adapter waits 16 ms",
-)
+# What the steps behind the devices meet as well; all else is met by the steps of the devices, above.
 
 
-@pytest.mark.parametrize("words", soaked(WHOLE_DAYS, lambda words: "adapter" in words))
-def test_a_whole_day_under_each_assumption(words: str, tmp_path: Path) -> None:
-    assumed = FLIPPED[words]
-    day = first_day(tmp_path, site_with(tmp_path, assumed))
-    if "0.016" not in assumed:
-        assert day.do() is ExitCode.OK
-        check_facts(day.record, assumed)
-        return
-    assert day.do() is ExitCode.VERDICT_FAILED  # as it should: answers take longer than a period
+@pytest.mark.soak
+def test_a_whole_day_with_servos_of_another_kind(tmp_path: Path) -> None:
+    scenario = assumed(("a watchdog hears only its own id", "a servo restarts in 0.8 s"))
+    day = first_day(tmp_path, site_with(tmp_path, scenario))
+    assert day.do() is ExitCode.OK
+    check_facts(day.record, scenario)
+
+
+def test_a_day_ends_where_answers_take_longer_than_a_period(tmp_path: Path) -> None:
+    site = site_with(tmp_path, FLIPPED["the adapter waits 16 ms"])
+    day = first_day(tmp_path, site)
+    assert day.do() is ExitCode.VERDICT_FAILED
     loop = findings_of(day.record, 8)["loop"]
     assert "the latency timer is 16 ms: set it to 1" in loop.advice
     assert max(day.record.latest) == 8

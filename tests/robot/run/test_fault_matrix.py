@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.fault_cases import CASES, FLIPPED, Case
+from benchmarks.fault_cases import CASES, TOGETHER, Case, assumed
 from benchmarks.fault_matrix import (
     COUNTED,
     STREAM_COUNTED,
@@ -14,7 +14,6 @@ from benchmarks.fault_matrix import (
 )
 from model.values.faults import FaultKind, StopReason
 from sim_hw.faults.kinds import KINDS
-from tests.soaked import soaked
 
 # A stop that needs no settling on all feet is over within so long of its cause.
 SOON_S = {StopReason.LINK_LOST: 0.05, StopReason.SERVO_LOST: 2.5, StopReason.SERVO_FAULT: 2.5}
@@ -60,28 +59,20 @@ def _check_stop(row: Row) -> None:
     assert row.safe_s < SOON_S.get(row.reason, 15.0)
 
 
-# What bears upon recovery most, and on which; all on all in soak.
-TELLING = {
-    "a servo restarts in 0.8 s": "brownout",
-    "a watchdog hears only its own id": "silent_servo",
-    "the goal becomes here at torque on": "silent_servo",
-}
-FLIPPED_CASES = [(flip, case) for flip in FLIPPED for case in CASES if case.recovery]
+# Each assumption with others, so that each meets each fault that a robot recovers from.
+OTHER_ASSUMPTIONS = [
+    pytest.param(case, together, id=f"{case.kind}, {number}")
+    for case in CASES
+    if case.recovery
+    for number, together in enumerate(TOGETHER)
+]
 
 
-@pytest.mark.parametrize(
-    "flipped",
-    soaked(
-        FLIPPED_CASES,
-        lambda pair: TELLING.get(pair[0]) == pair[1].kind,
-        lambda pair: f"{pair[1].kind}, {pair[0]}",
-    ),
-)
+@pytest.mark.parametrize(("case", "together"), OTHER_ASSUMPTIONS)
 def test_under_other_assumptions_it_walks_on_with_all_legs_or_stands(
-    flipped: tuple[str, Case],
+    case: Case, together: tuple[str, ...]
 ) -> None:
-    flip, case = flipped
-    row = run_case(case, FLIPPED[flip])
+    row = run_case(case, assumed(together))
     assert row.begun
     assert row.left_behind == (), "it walks on without a leg"
     if row.reason is not case.reason:
