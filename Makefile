@@ -7,7 +7,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 JOBS   ?= 2
 
-.PHONY: help install walk test check format lint types imports tests quick constraints golden reliability figures docs-assets docs clean
+.PHONY: help install walk test check format lint types imports tests soak constraints golden reliability figures docs-assets docs clean
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -46,9 +46,6 @@ imports: install
 
 tests: install
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
-
-quick: install ## the fast tests only
-	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m "not slow"
 
 soak: install ## long versions of tests: all cases, a hundred thousand poses, properties with many examples
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m soak

@@ -131,7 +131,10 @@ def test_every_piece_of_a_file_is_toml(path: Path) -> None:
         assert tomllib.loads(block)
 
 
-@pytest.mark.parametrize("path", [p for p in PAGES if blocks(p, "python")], ids=names)
+# The cells of the notebook's page are run by tests/test_notebook.py.
+@pytest.mark.parametrize(
+    "path", [p for p in PAGES if blocks(p, "python") and p.name != "notebook.md"], ids=names
+)
 def test_python_in_a_page_runs(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:

@@ -65,8 +65,8 @@ def folder(cycle_walk: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def quick(words: tuple[str, ...]) -> bool:
-    """All but a whole first day by defaults; tests/robot/bringup/test_first_day.py has a shorter one."""
-    return words != ("bringup", "--folder", "bringup")
+    """All but first days and films; test_first_day.py and test_film.py have shorter ones."""
+    return words[0] != "bringup" and "--video" not in words
 
 
 @pytest.mark.parametrize("words", soaked(RUN, quick, lambda words: shlex.join(words)[:60]))

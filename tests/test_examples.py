@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.soaked import soaked
+
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 SAID = {
     "drive.py": "forward speed",
@@ -17,6 +19,7 @@ SAID = {
     "own_robot.py": "Octopod: 8 legs",
     "replay_test.py": "NOT EQUAL",
 }
+QUICK = {"drive.py", "own_effect.py"}
 # Effects for --effects, a gait for --gait, walks and data for tests/robot/odometry, and pictures of named
 # systems, which tests/robot/study/test_model_run.py draws.
 ELSEWHERE = {"worn_crank.py", "own_gait.py", "chain_walk.py", "lab_data.py"} | {
@@ -28,8 +31,7 @@ def test_every_example_is_run_by_some_test() -> None:
     assert {path.name for path in EXAMPLES.glob("*.py")} == set(SAID) | ELSEWHERE
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SAID)
+@pytest.mark.parametrize("name", soaked(SAID, lambda name: name in QUICK))
 def test_an_example_runs(name: str, tmp_path: Path) -> None:
     root = str(EXAMPLES.parent)
     done = subprocess.run(

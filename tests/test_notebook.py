@@ -34,7 +34,7 @@ def test_it_uses_the_door_only() -> None:
             assert not imported or imported[1] in {"bigant", "numpy", "pathlib", "tempfile"}, line
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_the_cells_run_in_order_and_give_what_is_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

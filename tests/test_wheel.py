@@ -14,8 +14,6 @@ import pytest
 
 from tests.test_layers import OURS, ROOT
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -79,6 +77,7 @@ def test_everything_that_comes_with_the_program_is_in_the_wheel_once(wheel: Path
     assert not [name for name in names if "__pycache__" in name or name.startswith("tests/")]
 
 
+@pytest.mark.soak
 def test_drive_show_import_and_diagnose_work_in_an_empty_folder(site: Path, lab: Path) -> None:
     short = ["--cycles", "0.2", "--frequency-hz", "0.3"]
     bigant(site, lab, "drive", "--virtual-time", *short, "--log", "walk.mcap")
@@ -95,6 +94,7 @@ def test_drive_show_import_and_diagnose_work_in_an_empty_folder(site: Path, lab:
     assert len(verdicts & set(printed.splitlines())) == 1
 
 
+@pytest.mark.soak
 def test_an_example_runs_where_it_is_copied_to(site: Path, lab: Path) -> None:
     listed = bigant(site, lab, "examples")
     assert "examples/octopod.toml" in listed

@@ -72,6 +72,7 @@ print(spent, sorted({"numpy", "model", "robot", "record", "matplotlib"} & set(sy
     assert min(float(one.stdout.split()[0]) for one in tries) < 0.03
 
 
+@pytest.mark.soak
 def test_a_walk_is_the_one_of_the_command(walked: bigant.Log, tmp_path: Path) -> None:
     out = tmp_path / "drive.mcap"
     cycles = str(SECONDS * FREQUENCY_HZ)
@@ -271,7 +272,7 @@ def test_pictures_have_axes_and_show_in_a_notebook(
         bigant.plot(7)  # type: ignore[arg-type]
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_worn_spring_is_named_from_trials_in_memory(tmp_path: Path) -> None:
     worn = bigant.walk_trial(cycles=3.0, effects=["leg_stiffness@MR:ratio=0.69"])
     healthy = [bigant.walk_trial(cycles=3.0, seed=seed) for seed in (1, 2, 3)]

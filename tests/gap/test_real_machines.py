@@ -69,7 +69,7 @@ def _cut(one: Found) -> int:
     return sum(f["count"] for f in one["findings"] if f["kind"] == "cut")
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.parametrize("joint", [pytest.param("Rotation", marks=pytest.mark.soak), "Elbow"])
 def test_an_arm_joint_is_explained_by_more_than_a_delay(joint: str, tmp_path: Path) -> None:
     trials = bring_in(Path(FOLDER), "so101", tmp_path)
@@ -93,7 +93,7 @@ def test_the_backlash_of_the_rig_is_the_published_one(tmp_path: Path) -> None:
     assert cause["parameters"]["width_rad"] / COUNT_RAD == pytest.approx(14.78, abs=1.0)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_the_cube_slides_by_coulombs_law(tmp_path: Path) -> None:
     found = diagnose(bring_in(Path(FOLDER), "sliding_cube", tmp_path), tmp_path / "page.html")
     assert found["causes"][0]["effect"] == "coulomb_friction"
@@ -101,7 +101,6 @@ def test_the_cube_slides_by_coulombs_law(tmp_path: Path) -> None:
     assert slowing["after"] < 0.4 * slowing["before"]
 
 
-@pytest.mark.slow
 def test_one_call_over_four_gains_names_the_published_gain(tmp_path: Path) -> None:
     """The firmware divides by 256 where the manual says 128; the gearbox's friction grows with its load."""
     trials = bring_in(Path(FOLDER), "xl330", tmp_path)
@@ -116,7 +115,6 @@ def test_one_call_over_four_gains_names_the_published_gain(tmp_path: Path) -> No
     assert shaft["after"] < 0.4 * shaft["before"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("gain", GAINS)
 def test_gain_and_motor_are_indistinguishable_without_the_duty(gain: int, tmp_path: Path) -> None:
     files = map(str, sorted((Path(FOLDER) / "xl330_pendulum").glob(f"kp{gain}_*.parquet")))
@@ -129,7 +127,6 @@ def test_gain_and_motor_are_indistinguishable_without_the_duty(gain: int, tmp_pa
     assert any("controller_gain" in pair and pair & motor for pair in alike)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("gain", GAINS)
 def test_load_friction_that_motor_constants_hide_is_named(gain: int, tmp_path: Path) -> None:
     files = map(str, sorted((Path(FOLDER) / "xl330_pendulum").glob(f"kp{gain}_*.parquet")))

@@ -65,6 +65,7 @@ print(json.dumps([[f.equal, f.equal_bits, f.ticks] for f in found]))
 """
 
 
+@pytest.mark.soak
 def test_without_a_compiler_they_replay_equal_too() -> None:
     paths = [str(log_of(name)) for name in NAMES]
     done = subprocess.run(

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from model.compiled import COMPILED
+from tests.soaked import soaked
 
 ROOT = Path(__file__).resolve().parents[2]
 # In a fresh interpreter with an empty cache: what is compiled once the virtual robot is built?
@@ -57,7 +58,7 @@ EFFECTS = (
 
 
 @pytest.mark.skipif(not COMPILED, reason="numba is not there")
-@pytest.mark.parametrize("effects", [(), EFFECTS], ids=["nominal", "effects"])
+@pytest.mark.parametrize("effects", soaked([(), EFFECTS], lambda effects: not effects, " ".join))
 def test_nothing_is_compiled_once_the_virtual_robot_answers(
     tmp_path: Path, effects: tuple[str, ...]
 ) -> None:

@@ -467,6 +467,7 @@ def test_the_watchdog_is_proven_through_the_terminal(capsys: pytest.CaptureFixtu
     assert torque == [0] * 6
 
 
+@pytest.mark.soak
 def test_check_of_served_devices(capsys: pytest.CaptureFixture[str]) -> None:
     """Through the pseudo-terminal and sockets.
 

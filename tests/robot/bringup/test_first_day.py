@@ -42,6 +42,7 @@ from sim_hw.faults.scenario import load_scenario, parse_scenario
 from tests.robot.design.robot_files import robot_with
 from tests.robot.design.test_concerns import moved
 from tests.robot.other_servos import MIXED, MIXED_MODELS, other_robot
+from tests.soaked import soaked
 
 CONFIG = load_robot()
 QUICK = DayOptions(loop_s=1.0, reboots=1, frequency_hz=0.3)
@@ -235,6 +236,7 @@ def test_a_day_ends_where_answers_take_longer_than_a_period(tmp_path: Path) -> N
     assert max(day.record.latest) == 8
 
 
+@pytest.mark.soak
 def test_virtual_devices_behave_as_measured(tmp_path: Path) -> None:
     odd = '[servo]\nreserved = "error"\nwatchdog_hears = "own"\nrestart_s = 0.4\nfirmware = 44\n'
     odd += "[force_unit]\nbanner = false\nblank_line = true\nsequence_restarts = true\n"
@@ -278,11 +280,21 @@ WRONG = (
     ("up", "[1, 1, -1, 1, 1, -1]", 10, "sensor up"),
 )
 
+TELLING = (
+    "servo_sign",
+    "servo_zero",
+    "yaw",
+)  # of what turns, of where it stands, of what is pressed
 
-@pytest.mark.parametrize(("key", "values", "number", "name"), WRONG)
+
+@pytest.mark.parametrize(
+    "wrong",
+    soaked(WRONG, lambda wrong: wrong[0] in TELLING, lambda wrong: " ".join(map(str, wrong[::3]))),
+)
 def test_a_wrong_line_of_the_robot_file_is_found_and_the_right_one_given(
-    key: str, values: str, number: int, name: str, tmp_path: Path
+    wrong: tuple[str, str, int, str], tmp_path: Path
 ) -> None:
+    key, values, number, name = wrong
     there = changed(key, values)
     site = site_with(tmp_path, there=there)
     record = do_steps(first_day(tmp_path, site), (2, 3, number))
@@ -530,7 +542,10 @@ def test_no_walk_before_each_leg_was_turned_with_this_robot_file(tmp_path: Path)
     assert record.latest[12].ended == "refused"
 
 
-@pytest.mark.parametrize("shifted_m", [-0.085, 0.6], ids=["tips", "falls over"])
+@pytest.mark.parametrize(
+    "shifted_m",
+    [pytest.param(-0.085, id="tips", marks=pytest.mark.soak), pytest.param(0.6, id="falls over")],
+)
 def test_the_robot_file_is_judged_before_the_first_walk(shifted_m: float, tmp_path: Path) -> None:
     """By the same model as before a drive: a robot that tips walks, one that cannot stand does not."""
     config = robot_with({"legs.shaft_position": moved(shifted_m)})

@@ -26,26 +26,18 @@ from robot.run.header import CALIBRATIONS_KEY, UNITS_KEY, calibrations_of
 from robot.virtual.walk import record_poses
 from tests.model.standing import true_faults
 from tests.robot.runs import STOP, Told, drive, wish
-from tests.soaked import soaked
 
 CONFIG = load_robot()
 LEGS = CONFIG.parameters.legs.names
 
 
-# What the calibration leaves of the faults at most, after so many rounds of poses.
-LEFT = {1: 0.4, 2: 0.3}
-
-
-@pytest.fixture(scope="module", params=soaked(LEFT, lambda rounds: rounds == 1))
-def rounds(request: pytest.FixtureRequest) -> int:
-    number: int = request.param
-    return number
+LEFT = 0.4  # of the faults at most, after one round of poses
 
 
 @pytest.fixture(scope="module")
-def poses(rounds: int, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def poses(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("poses") / "poses.mcap"
-    record_poses(CONFIG, path, rounds=rounds, heights=4, seed=0, progress=lambda share: None)
+    record_poses(CONFIG, path, rounds=1, heights=4, seed=0, progress=lambda share: None)
     return path
 
 
@@ -98,9 +90,9 @@ def force_error(
     return float(np.sqrt((np.array(errors) ** 2).mean()))
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_known_faults_of_the_sensors_are_found_and_taken_out(
-    poses: Path, rounds: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    poses: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     faults = true_faults(np.random.default_rng(5))
     spoiled = tmp_path / "spoiled.mcap"
@@ -121,7 +113,7 @@ def test_known_faults_of_the_sensors_are_found_and_taken_out(
     for leg in LEGS:
         before, after = (report["residuals"][stage][leg] for stage in ("before", "after"))
         assert before["standing_n"] > 1.5
-        left = LEFT[rounds]
+        left = LEFT
         assert after["standing_n"] < left * before["standing_n"], "gravity is not seen yet"
         assert after["standing_nm"] < left * before["standing_nm"]
         assert after["air_n"] is None or after["air_n"] < 0.2
@@ -139,7 +131,7 @@ def test_known_faults_of_the_sensors_are_found_and_taken_out(
     assert force_error(ticks, units, found) < 0.7 * force_error(ticks, units, offsets)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_sound_sensors_stay_as_they_are(poses: Path, tmp_path: Path) -> None:
     out = tmp_path / "c.toml"
     assert cli.run(["force", "calibrate", str(poses), "--out", str(out)]) == ExitCode.OK

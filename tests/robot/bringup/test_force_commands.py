@@ -102,6 +102,7 @@ def test_scan_finds_the_unit(served: Served, capsys: pytest.CaptureFixture[str])
     assert bigant("devices", "--port", "none", "--discover", "none") == ExitCode.VERDICT_FAILED
 
 
+@pytest.mark.soak
 def test_watch_shows_and_writes_and_stops_the_unit(
     served: Served, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -126,6 +127,7 @@ def test_watch_shows_and_writes_and_stops_the_unit(
     served.wait_for_stop()
 
 
+@pytest.mark.soak
 def test_bias_is_measured_and_written(
     served: Served, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -68,7 +68,7 @@ def test_a_step_on_the_real_robot(step: DayStep, real_day: FirstDay) -> None:
     assert outcome.verdict is not CheckVerdict.FAIL, outcome.findings
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_the_real_path_on_served_devices(
     sim: Sim, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -57,6 +57,7 @@ def test_setup_talks_at_the_new_baud_rate(port: str, capsys: Capture) -> None:
     assert "3 (1000000 baud)" in capsys.readouterr().out
 
 
+@pytest.mark.soak
 def test_backup_and_restore(port: str, tmp_path: Path, capsys: Capture) -> None:
     path = tmp_path / "servos.toml"
     common = ["--port", port, "--baud", "1000000"]

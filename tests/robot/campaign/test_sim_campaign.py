@@ -45,7 +45,6 @@ def tables(folder: Path) -> dict[str, bytes]:
     return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*.parquet"))}
 
 
-@pytest.mark.slow
 def test_a_campaign_is_made_once(made: Made, capsys: pytest.CaptureFixture[str]) -> None:
     assert "3 trials, 3 made now" in made.said
     before = tables(made.out)
@@ -59,7 +58,6 @@ def test_a_campaign_is_made_once(made: Made, capsys: pytest.CaptureFixture[str])
     assert "another scenario's campaign" in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_a_sealed_campaign_is_opened_by_its_key(
     scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -202,6 +202,7 @@ def test_a_robot_file_with_a_mistake_names_the_key(
 # Processes of their own: the pseudo-terminal, sockets and signals are real.
 
 
+@pytest.mark.soak
 def test_real_ports_are_only_listened_to_unless_armed(tmp_path: Path) -> None:
     sim = Sim()
     try:
@@ -275,7 +276,6 @@ def read_until(process: "subprocess.Popen[str]", words: str) -> str:
     raise AssertionError(f"{words!r} never came:\n{seen}")
 
 
-@pytest.mark.slow
 def test_one_interrupt_stops_on_all_feet_and_two_cut_torque(tmp_path: Path) -> None:
     words = ("--cycles", "9", "--frequency-hz", "0.2", "--robot", patient_robot(tmp_path))
     process = drive_process(*words)
@@ -298,7 +298,6 @@ def test_one_interrupt_stops_on_all_feet_and_two_cut_torque(tmp_path: Path) -> N
     assert process.returncode == ExitCode.HARDWARE
 
 
-@pytest.mark.slow
 def test_a_signal_to_the_whole_group_leaves_the_virtual_robot_until_it_has_stopped(
     tmp_path: Path,
 ) -> None:
@@ -345,7 +344,7 @@ def test_a_full_disk_is_one_line() -> None:
     assert done.stderr.strip() == "bigant gap effects: No space left on device"
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_when_the_host_dies_the_servos_stop_by_themselves(tmp_path: Path) -> None:
     """Kill -9 in mid-stride: the device process lives on, its watchdogs have tripped."""
     from drivers.clock import MonotonicClock

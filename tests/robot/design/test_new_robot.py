@@ -179,7 +179,7 @@ def test_without_a_terminal_nobody_is_asked(
             ("--legs", "8", "--force-sensors", "ati"),
             ("--legs", "5", "--leg", "crank"),
         ],
-        lambda options: "--servo" in options,
+        lambda options: "XL430-W250" in options,
         " ".join,
     ),
 )

@@ -178,6 +178,7 @@ def example(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.soak
 def test_an_effect_of_a_users_own_in_diagnose_and_next(
     tmp_path: Path, example: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -21,6 +21,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(("source", "column_map"), [("lab.csv", "lab_csv"), ("bag", "lab_bag")])
 def test_three_commands_from_the_data_to_the_page(
     source: str, column_map: str, lab: Path, capsys: pytest.CaptureFixture[str]

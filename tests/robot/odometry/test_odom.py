@@ -32,6 +32,7 @@ from robot.odometry.table import as_json, table
 from robot.odometry.track import START_SD, TrackedLog, track, track_log
 from robot.odometry.tune import read_walk, tune, whiteness
 from robot.requests.recorded import OdomRequest
+from tests.soaked import soaked
 
 CONFIG = load_robot()
 HEAVY = "[effects.payload.all]\nmass_kg = 1.0\nx_m = 0.1\n"
@@ -126,6 +127,7 @@ def test_it_says_what_the_loop_s_own_said_to_the_last_bit(slipping: Path, walk: 
             np.testing.assert_array_equal(one, other, err_msg=field.name)
 
 
+@pytest.mark.soak
 def test_the_robot_file_s_own_settings_count(
     log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -190,6 +192,7 @@ def test_mcap_holds_pose_twist_and_covariance(walk: TrackedLog, tmp_path: Path) 
     assert odometry.child_frame_id == "base_link"
 
 
+@pytest.mark.soak
 def test_tuning_raises_the_likelihood(slipping: Path) -> None:
     walk = read_walk(slipping, OdomRequest())
     some = walk._replace(ticks=walk.ticks[:150])
@@ -219,6 +222,7 @@ def test_what_tuning_found_is_judged_by_the_same_command(
     assert cli.run(["odom", str(log), "--compare", "--robot", str(robot)]) == ExitCode.OK
 
 
+@pytest.mark.soak
 def test_the_command_compares_and_writes(
     log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -242,7 +246,9 @@ def test_the_command_compares_and_writes(
     assert np.abs(one - other).max() > 1e-6
 
 
-@pytest.mark.parametrize("words", ["", '[estimator]\nlaw = "viscous"', HEAVY])
+@pytest.mark.parametrize(
+    "words", soaked(("", '[estimator]\nlaw = "viscous"', HEAVY), lambda words: not words, repr)
+)
 def test_smoothing_begins_from_the_states_of_the_same_filter(
     words: str, log: Path, tmp_path: Path
 ) -> None:

@@ -312,6 +312,7 @@ def test_an_estimate_that_is_farther_off_than_it_believes_is_not_called_good(
     assert (kind, "times the sd of its place" in words) == ("warn", True)
 
 
+@pytest.mark.soak
 def test_the_command_writes_the_same_page_by_either_option_and_keeps_an_earlier_one(
     log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

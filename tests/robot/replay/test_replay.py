@@ -228,6 +228,7 @@ def test_the_same_wishes_on_the_same_robot_give_the_same_run(
     np.testing.assert_array_equal(read_log(walk).angle_rad, read_log(new).angle_rad)
 
 
+@pytest.mark.soak
 def test_another_seed_is_another_measurement(
     walk: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

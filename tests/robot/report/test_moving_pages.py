@@ -14,7 +14,10 @@ from tests.gap.bench_trials import IDEAL, servo_trial
 from tests.robot.browser import find_browser
 from tests.robot.driven_browser import Tab, driven_browser
 
-pytestmark = pytest.mark.skipif(not find_browser(), reason="there is no Chromium on this computer")
+pytestmark = [
+    pytest.mark.soak,
+    pytest.mark.skipif(not find_browser(), reason="there is no Chromium on this computer"),
+]
 
 MOST_BYTES = 6_000_000
 SMALL_PX = 360

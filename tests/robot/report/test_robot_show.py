@@ -75,6 +75,7 @@ def test_the_page_draws_it_and_says_what_to_do(
     assert f"page: {out}" in capsys.readouterr().out
 
 
+@pytest.mark.soak
 def test_a_robot_that_falls_has_a_page_as_well(tmp_path: Path) -> None:
     beside = {"legs.shaft_position": lambda rows: [[x + 0.6, y, z] for x, y, z in rows]}
     out = tmp_path / "lab.html"

@@ -74,6 +74,7 @@ def test_the_model_predicts_the_walk() -> None:
     assert np.sqrt(np.nanmean((loads - measured) ** 2)) < 1.0, "newtons"
 
 
+@pytest.mark.soak
 def test_steering_left_turns_left() -> None:
     _, straight, _ = drive(walk_then_stop(10.0))
     _, left, _ = drive(walk_then_stop(10.0, steer=1.0))
@@ -88,6 +89,7 @@ def test_steering_left_turns_left() -> None:
     assert yaw(left) > 0.03
 
 
+@pytest.mark.soak
 def test_changing_the_gait_goes_through_a_stop_without_a_jump() -> None:
     def tell(t: float, _tick: Tick | None) -> Any:
         if t > 17:

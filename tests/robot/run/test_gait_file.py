@@ -119,6 +119,7 @@ def test_a_replay_runs_the_recorded_text_or_a_copy_of_it(walked: Path, tmp_path:
     assert changed.notes[0] == f"{other} is not the text that was walked"
 
 
+@pytest.mark.soak
 def test_a_run_with_a_gait_file_is_done_again(walked: Path, tmp_path: Path) -> None:
     words = ("replay", walked, "--drive", "--virtual-time", "--log", tmp_path / "again.mcap")
     assert bigant(*words) == ExitCode.LOG
@@ -183,7 +184,7 @@ def test_a_mistake_while_it_walks_ends_the_run_with_torque_off(
     assert not walked.damage
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_all_gaits_follow_each_other_without_a_jump() -> None:
     """Slow, move leg by leg, speed up: from each gait to the next, the last from a Python file."""
     config = with_plugin(MORE, read_gait_file(OWN))
@@ -266,6 +267,7 @@ def test_a_walk_in_memory_takes_any_gait_or_says_which_there_are() -> None:
         walk_in_memory(MORE, "gallop", cycles=1, seed=1, progress=lambda _: None)
 
 
+@pytest.mark.soak
 def test_a_campaign_with_a_gait_of_the_robot_and_one_of_a_file(tmp_path: Path) -> None:
     text = ONE.replace('gaits = ["tripod"]', 'gaits = ["ripple", "own_gait.py"]')
     scenario = write_scenario(tmp_path, text)

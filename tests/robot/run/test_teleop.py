@@ -143,7 +143,7 @@ def test_keys_from_a_terminal_and_the_terminal_put_back() -> None:
         os.close(slave)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_drive_through_a_pseudo_terminal() -> None:
     """A terminal as over SSH: walk, steer, stand, quit; the screen says what is going on."""
     pid, master = pty.fork()

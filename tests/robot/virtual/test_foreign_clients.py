@@ -30,6 +30,7 @@ def bus() -> Iterator[Any]:
         sim.close()
 
 
+@pytest.mark.soak
 def test_rustypot_reads_moves_and_reboots(bus: Any) -> None:
     client = bus
     assert [client.ping(i) for i in IDS] == [True] * 6

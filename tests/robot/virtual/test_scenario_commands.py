@@ -39,7 +39,6 @@ def scenario(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.slow
 def test_a_drive_in_virtual_time_meets_the_faults_the_same_way_twice(
     scenario: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

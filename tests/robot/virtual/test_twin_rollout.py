@@ -81,7 +81,7 @@ def test_its_catalogue_is_the_chain_s_but_for_what_every_mujoco_robot_has() -> N
         assert all(p.lower <= p.neutral <= p.upper for p in effect.parameters)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_cause_is_named_with_the_mujoco_robot(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
