@@ -24,6 +24,8 @@ LEAST_S = 4.0  # of records before something is said
 SMALL_RAD = np.radians(5.0)  # what other errors of a file look like
 STANDS_OUT = 2.5  # times the next largest angle
 SURE = 4.0  # standard deviations
+EXPLAINS = 0.3  # by that angle alone, of what heights leave of the loads
+SEEN = 0.5  # of the median information, by every leg: loads of one not seen yet go to another
 COLOUR = 25.0  # records in a row that say the same: loads that the model leaves last for a second
 NO_LEG = -1
 LENGTH_M = 0.01  # the unit of slopes, so that both kinds of columns are of one size
@@ -85,16 +87,31 @@ def learn(
         unit = companion_m / LENGTH_M
         angle = readonly(unit * np.stack([fitted[legs:], sd[legs:]]))
         if records * RECORD_S >= LEAST_S:
-            suspected = _standing_out(angle)
+            suspected = _standing_out(angle, _alone(information, pull, ridge, float(square[0])))
     return ZeroEvidence(
         readonly(information), readonly(pull), readonly(square), records, angle, suspected
     )
 
 
-def _standing_out(angle_rad: FloatArray) -> int:
+def _alone(information: FloatArray, pull: FloatArray, ridge: float, square: float) -> FloatArray:
+    """Return the share that each leg's angle by itself explains of what all heights leave.
+
+    It is 0 until all legs were seen.
+    """
+    legs = len(pull) // 2
+    height, both = information[:legs, :legs] + ridge * np.eye(legs), information[:legs, legs:]
+    solved = np.linalg.solve(height, np.column_stack([pull[:legs], both]))
+    left = square - float(pull[:legs] @ solved[:, 0])
+    known = (information[legs:, legs:] - both.T @ solved[:, 1:]).diagonal()
+    if left <= 0.0 or known.min() < SEEN * float(np.median(known)):
+        return np.zeros(legs)
+    return np.asarray((pull[legs:] - both.T @ solved[:, 0]) ** 2 / (known + ridge) / left)
+
+
+def _standing_out(angle_rad: FloatArray, share: FloatArray) -> int:
     """Return the leg whose zero seems wrong, ``NO_LEG`` if none stands out."""
     size, sd = np.abs(angle_rad[0]), angle_rad[1]
     leg = int(size.argmax())
     next_largest = float(np.sort(size)[-2])
     sure = size[leg] >= max(SMALL_RAD, SURE * sd[leg], STANDS_OUT * next_largest)
-    return leg if sure else NO_LEG
+    return leg if sure and share[leg] >= max(EXPLAINS, float(share.max())) else NO_LEG
