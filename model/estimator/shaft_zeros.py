@@ -20,7 +20,7 @@ from model.values.estimate import ZeroEvidence
 
 EVERY = 4  # records: the next ones say the same
 MEMORY_S = 20.0
-LEAST_S = 4.0  # of records before something is said
+LEAST_S = 8.0  # of records that all name the same leg, before it is named
 SMALL_RAD = np.radians(5.0)  # what other errors of a file look like
 STANDS_OUT = 2.5  # times the next largest angle
 SURE = 4.0  # standard deviations
@@ -38,7 +38,7 @@ def at_start(legs: int) -> ZeroEvidence:
     unknown = np.stack([np.zeros(legs), np.full(legs, np.inf)])
     return ZeroEvidence(
         readonly(np.zeros((both, both))), readonly(np.zeros(both)), readonly(np.zeros(2)), 0,
-        readonly(unknown), NO_LEG,
+        readonly(unknown), NO_LEG, 0, NO_LEG,
     )  # fmt: skip
 
 
@@ -77,7 +77,7 @@ def learn(
     information = keep * before.information + signature.T @ signature
     pull = keep * before.pull + signature.T @ left
     square = keep * before.square + [float(left @ left), legs]
-    angle, suspected = before.angle_rad, NO_LEG
+    angle, standing_out = before.angle_rad, NO_LEG
     ridge = RIDGE * float(information.trace()) / len(pull)
     if ridge > 0.0:
         spread = np.linalg.inv(information + ridge * np.eye(len(pull)))
@@ -86,11 +86,13 @@ def learn(
         sd = np.sqrt(COLOUR * unexplained * spread.diagonal())
         unit = companion_m / LENGTH_M
         angle = readonly(unit * np.stack([fitted[legs:], sd[legs:]]))
-        if records * RECORD_S >= LEAST_S:
-            suspected = _standing_out(angle, _alone(information, pull, ridge, float(square[0])))
+        standing_out = _standing_out(angle, _alone(information, pull, ridge, float(square[0])))
+    since = before.since if standing_out == before.standing_out else records
+    sure = (records - since) * RECORD_S >= LEAST_S
     return ZeroEvidence(
-        readonly(information), readonly(pull), readonly(square), records, angle, suspected
-    )
+        readonly(information), readonly(pull), readonly(square), records, angle,
+        standing_out, since, standing_out if sure else NO_LEG,
+    )  # fmt: skip
 
 
 def _alone(information: FloatArray, pull: FloatArray, ridge: float, square: float) -> FloatArray:

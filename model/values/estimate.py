@@ -186,6 +186,8 @@ class ZeroEvidence:
         square: Sum of squares of the loads that are fitted, and number of these loads, (2,).
         records: How many records of forces came.
         angle_rad: By how much each zero seems to be off, and its standard deviation, (2, N).
+        standing_out: Leg whose angle stands out in this record, -1 for none.
+        since: Record since which this leg stands out, or none does.
         suspected: Leg whose zero seems wrong, -1 for none.
     """
 
@@ -194,6 +196,8 @@ class ZeroEvidence:
     square: FloatArray
     records: int
     angle_rad: FloatArray
+    standing_out: int
+    since: int
     suspected: int
 
 
