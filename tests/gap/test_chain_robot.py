@@ -121,6 +121,7 @@ def test_every_effect_predicts_and_neutral_ones_change_nothing(
         assert got.shape == plain.shape, effect.name
 
 
+@pytest.mark.soak
 def test_an_encoder_that_is_off_is_named_with_its_joint_and_size(
     walks: tuple[tuple[Path, Trial], ...], tmp_path: Path
 ) -> None:

@@ -102,6 +102,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Record, Virtu
 # Each step.
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("step", STEPS, ids=lambda step: f"{step.number}-{step.key}")
 def test_a_step_ends_well_and_keeps_its_bytes(
     step: object, whole: tuple[Path, Record, VirtualSite]
@@ -125,6 +126,7 @@ def test_a_step_ends_well_and_keeps_its_bytes(
         assert Wire.SERVO_BUS in wires
 
 
+@pytest.mark.soak
 def test_the_day_is_on_one_page_and_in_three_files(whole: tuple[Path, Record, VirtualSite]) -> None:
     folder, record, _ = whole
     page = html.unescape((folder / "first_day.html").read_text(encoding="utf-8"))
@@ -135,6 +137,7 @@ def test_the_day_is_on_one_page_and_in_three_files(whole: tuple[Path, Record, Vi
     assert (folder / "servos.toml").read_text(encoding="utf-8").count("[[servo]]") == 6
 
 
+@pytest.mark.soak
 def test_each_leg_is_kept_and_drawn_against_what_was_expected(
     whole: tuple[Path, Record, VirtualSite],
 ) -> None:
@@ -171,10 +174,12 @@ def test_each_leg_is_kept_and_drawn_against_what_was_expected(
     assert day_page(old, CONFIG).count("<figure class='plot'>") == 1
 
 
+@pytest.mark.soak
 def test_torque_is_off_after_the_day(whole: tuple[Path, Record, VirtualSite]) -> None:
     assert torque_of(whole[2]) == [0] * 6
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("number", [2, 3, 8, 11])
 def test_steps_that_only_ask_write_nothing_to_a_servo(
     number: int, whole: tuple[Path, Record, VirtualSite]
@@ -227,6 +232,7 @@ def test_a_whole_day_with_servos_of_another_kind(tmp_path: Path) -> None:
     check_facts(day.record, scenario)
 
 
+@pytest.mark.soak
 def test_a_day_ends_where_answers_take_longer_than_a_period(tmp_path: Path) -> None:
     site = site_with(tmp_path, FLIPPED["the adapter waits 16 ms"])
     day = first_day(tmp_path, site)

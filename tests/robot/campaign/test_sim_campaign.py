@@ -58,6 +58,7 @@ def test_a_campaign_is_made_once(made: Made, capsys: pytest.CaptureFixture[str])
     assert "another scenario's campaign" in capsys.readouterr().err
 
 
+@pytest.mark.soak
 def test_a_sealed_campaign_is_opened_by_its_key(
     scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

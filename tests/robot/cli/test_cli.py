@@ -276,6 +276,7 @@ def read_until(process: "subprocess.Popen[str]", words: str) -> str:
     raise AssertionError(f"{words!r} never came:\n{seen}")
 
 
+@pytest.mark.soak
 def test_one_interrupt_stops_on_all_feet_and_two_cut_torque(tmp_path: Path) -> None:
     words = ("--cycles", "9", "--frequency-hz", "0.2", "--robot", patient_robot(tmp_path))
     process = drive_process(*words)

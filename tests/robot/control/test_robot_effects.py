@@ -202,6 +202,7 @@ def test_readings_are_undone_and_silent_legs_stay_silent() -> None:
     assert not unknown.contact.traction.valid
 
 
+@pytest.mark.soak
 def test_a_controller_with_effects_loads_nothing_of_diagnosis_or_simulation() -> None:
     code = """
 import sys

@@ -106,6 +106,7 @@ def test_a_trial_goes_to_a_table_and_back(imported: Path, tmp_path: Path) -> Non
     assert np.array_equal(trial.command_rad, log.sent_angle_rad)
 
 
+@pytest.mark.soak
 def test_pages_and_pictures_are_made(imported: Path, tmp_path: Path) -> None:
     for words in (
         ["show", str(imported), "--out", str(tmp_path / "show.html")],

@@ -110,6 +110,7 @@ def text_of(page: str) -> str:
     return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", body)).split())
 
 
+@pytest.mark.soak
 def test_the_page_has_every_part_with_its_picture_and_no_nan(found: OdometryComparison) -> None:
     page = page_of(found)
     assert headings(page) == list(TITLES)

@@ -60,6 +60,7 @@ def written(
     return path
 
 
+@pytest.mark.soak
 def test_estimates_are_those_of_odom_and_replay_in_every_bit(imported: Path) -> None:
     poses = [t.estimate.pose for t in read_ticks(imported) if t.estimate is not None]
     assert np.array_equal(poses, track_log(imported).track.pose)

@@ -128,6 +128,7 @@ def both(request: pytest.FixtureRequest) -> Iterator[tuple[str, Seen]]:
             yield f"{name} {where}", seen
 
 
+@pytest.mark.soak
 @needs_browser
 def test_pages_have_an_empty_console_and_all_pictures(request: pytest.FixtureRequest) -> None:
     for name, seen in both(request):
@@ -141,6 +142,7 @@ def test_pages_have_an_empty_console_and_all_pictures(request: pytest.FixtureReq
     }  # fmt: skip
 
 
+@pytest.mark.soak
 @needs_browser
 def test_nothing_stands_out_of_a_phone(request: pytest.FixtureRequest) -> None:
     for name, seen in both(request):
@@ -148,18 +150,21 @@ def test_nothing_stands_out_of_a_phone(request: pytest.FixtureRequest) -> None:
         assert seen.scroll_px <= seen.width_px, name
 
 
+@pytest.mark.soak
 @needs_browser
 def test_no_verdict_and_no_number_is_broken_over_two_lines(request: pytest.FixtureRequest) -> None:
     for name, seen in both(request):
         assert seen.broken == (), name
 
 
+@pytest.mark.soak
 @needs_browser
 def test_no_text_lies_on_another(request: pytest.FixtureRequest) -> None:
     for name, seen in both(request):
         assert seen.overlaps == (), name
 
 
+@pytest.mark.soak
 @needs_browser
 def test_what_is_wrong_with_a_page_is_seen(tmp_path: Path) -> None:
     """The tests above can fail: a page with each fault is found out."""
@@ -182,6 +187,7 @@ def test_what_is_wrong_with_a_page_is_seen(tmp_path: Path) -> None:
     assert seen.scroll_px > seen.width_px
 
 
+@pytest.mark.soak
 @needs_browser
 def test_pages_are_dark_where_the_reader_wants_it(pages: dict[str, str], tmp_path: Path) -> None:
     switch = "--blink-settings=preferredColorScheme=0"
@@ -191,6 +197,7 @@ def test_pages_are_dark_where_the_reader_wants_it(pages: dict[str, str], tmp_pat
     assert (dark.ink, dark.paper) == ("rgb(232, 232, 232)", "rgb(22, 24, 27)")
 
 
+@pytest.mark.soak
 @needs_browser
 def test_pages_print(pages: dict[str, str], tmp_path: Path) -> None:
     page, out = tmp_path / "show.html", tmp_path / "show.pdf"
@@ -293,6 +300,7 @@ def test_a_picture_is_in_the_page_s_colours_and_leaves_the_page_behind_it() -> N
     assert "stroke: #0072b2" in svg, "a colour that means something stays"
 
 
+@pytest.mark.soak
 @needs_browser
 def test_what_goes_on_behind_an_edge_has_a_shade_there(
     pages: dict[str, str], tmp_path: Path

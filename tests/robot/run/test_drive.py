@@ -63,6 +63,7 @@ def test_it_walks_forward_and_stands_at_the_end(gait: str, least: float) -> None
     assert result.ticks == len(ticks)
 
 
+@pytest.mark.soak
 def test_the_model_predicts_the_walk() -> None:
     _, ticks, _ = drive(walk_then_stop(13.0, frequency_hz=0.1))
     walking = [t for t in ticks if t.mode is Mode.WALK and t.inputs.truth is not None]
@@ -315,6 +316,7 @@ def test_the_loop_keeps_its_grid() -> None:
     assert {t.inputs.timing.missed for t in ticks[5:]} == {0}
 
 
+@pytest.mark.soak
 def test_the_loop_runs_at_200_hz() -> None:
     rig = open_in_memory(CONFIG)
     kept = Kept()
@@ -326,6 +328,7 @@ def test_the_loop_runs_at_200_hz() -> None:
     assert not [t for t in kept.ticks if t.faults]
 
 
+@pytest.mark.soak
 def test_a_robot_with_eight_legs_walks() -> None:
     """The example file, whose fourth pair of legs carries no force sensor."""
     config = load_robot(Path(__file__).resolve().parents[3] / "examples" / "octopod.toml")

@@ -36,6 +36,7 @@ FIELDS = (
 )  # fmt: skip
 
 
+@pytest.mark.soak
 def test_without_bytes_the_same_trial_comes_out() -> None:
     """Also with what sits in servos, force unit, IMU and cameras: counts are equal, not just near.
 

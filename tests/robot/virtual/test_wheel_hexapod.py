@@ -66,6 +66,7 @@ def test_odometry_ends_within_five_percent_of_the_path(
     assert end < 5.0
 
 
+@pytest.mark.soak
 def test_show_says_that_there_are_no_sensors(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert command(["show", str(log), "--out", str(log.with_suffix(".html"))]) == ExitCode.OK
     assert re.search(r"^foot forces +no force sensors$", capsys.readouterr().out, re.MULTILINE)
