@@ -195,7 +195,7 @@ def _diagnosis(
             comparison.signatures, known.search if known else None, len(study.fitted)
         ),
         next=runs,
-        warnings=tuple(warnings_of(study, faults, len(evidence.starts), answer.named)),
+        warnings=tuple(warnings_of(study, faults, len(evidence.starts), answer.named, far)),
         predictions=study.predictor.count,
         seed=seed,
     )

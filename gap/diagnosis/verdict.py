@@ -97,7 +97,11 @@ def _values(effect: Effect, cause: Cause, errors: FloatArray) -> tuple[Value, ..
 
 
 def warnings_of(
-    study: Study, faults: Sequence[TrialFaults], blocks: int, named: Sequence[NamedCause]
+    study: Study,
+    faults: Sequence[TrialFaults],
+    blocks: int,
+    named: Sequence[NamedCause],
+    far: HowFar,
 ) -> Iterator[str]:
     """Return what limits the diagnosis, one sentence each; ``blocks`` is how many there are to fit to."""
     references, fitted = len(study.references), {part.trial for part in study.fitted}
@@ -119,6 +123,11 @@ def warnings_of(
         yield f"only {blocks} blocks to fit to; record longer runs"
     if references and not {p.gait for p in study.fitted} <= {p.gait for p in study.references}:
         yield "a gait has no reference run: its baseline is uncertain"
+    if study.references and any(far.worse):
+        yield (
+            "end to end, from commands alone, held-out runs are predicted worse with a named cause; it "
+            "is named because they are predicted better where each stage is fed with measurements"
+        )
     for one in named:
         for value in one.values:
             if value.on_bound:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 import gap.diagnosis.drop_worse as drop_module
+from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.drop_worse import drop_worse
 from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.how_far import HowFar, how_far
@@ -33,6 +34,11 @@ def selected(comparison: GapEvidence, causes: list[Cause]) -> Selection:
     return selection
 
 
+def all_worse(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
+    """How far it shrinks, and that every cause makes it worse."""
+    return replace(how_far(held, causes, seed), worse=(True,) * len(causes))
+
+
 def test_a_cause_that_only_the_whole_chain_cannot_follow_stays(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -42,9 +48,15 @@ def test_a_cause_that_only_the_whole_chain_cannot_follow_stays(
     study = make_study(toy_case([true], 3), toy, toy_references(3))
     comparison = compare(study, lambda _: None)
 
-    def all_worse(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
-        return replace(how_far(held, causes, seed), worse=(True,) * len(causes))
-
     monkeypatch.setattr(drop_module, "how_far", all_worse)
     left, _ = drop_worse(comparison, selected(comparison, [true, made_up]), 0)
     assert [one.effect for one in left.fitted.causes] == ["stiffness"]
+
+
+def test_the_reader_is_told_what_the_whole_chain_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    trials, references = toy_case([Cause("stiffness", ("c",), (0.8,))], 3), toy_references(3)
+    assert not any("end to end" in one for one in diagnose(trials, Toy(), references).warnings)
+    monkeypatch.setattr(drop_module, "how_far", all_worse)
+    said = diagnose(trials, Toy(), references)
+    assert [one.effect for one in said.causes] == ["stiffness"]
+    assert any("end to end" in one for one in said.warnings)
