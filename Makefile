@@ -1,6 +1,6 @@
 # Two commands on a fresh machine (python3 >= 3.11 with venv, git, make):
 #   make walk    install, then walk three tripod cycles on virtual hardware
-#   make test    install, then formatting, lint, types, import contracts and all tests
+#   make test    install, then formatting, lint, types, import contracts and tests
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
