@@ -7,7 +7,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 JOBS   ?= 2
 
-.PHONY: help install walk test check format lint types imports tests soak constraints golden reliability figures docs-assets docs clean
+.PHONY: help install walk test check format lint types imports tests soak thorough constraints golden reliability figures docs-assets docs clean
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -30,7 +30,9 @@ walk: install ## walk three tripod cycles on virtual hardware and print distance
 
 test: check ## the same as check
 
-check: format lint types imports tests ## everything that must hold before a commit
+check: install ## everything that must hold before a commit
+	@$(MAKE) --no-print-directory --jobs 2 --output-sync=target format lint types imports
+	@$(MAKE) --no-print-directory tests
 
 format: install
 	$(BIN)/ruff format --check .
@@ -47,8 +49,11 @@ imports: install
 tests: install
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
-soak: install ## long versions of tests: all cases, a hundred thousand poses, properties with many examples
+soak: install ## tests of more than three seconds: whole diagnoses, first days, pages in a browser
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m soak
+
+thorough: install ## statistics over many runs, whole data sets, a hundred thousand poses, many examples
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m thorough
 
 constraints: ## write constraints.txt again (needs uv)
 	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --upgrade \

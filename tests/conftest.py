@@ -17,23 +17,23 @@ one_thread()
 
 # No deadline: how long an example takes depends on what else the computer does.
 settings.register_profile("usual", deadline=None, max_examples=50)
-settings.register_profile("soak", deadline=None, max_examples=200)
+settings.register_profile("thorough", deadline=None, max_examples=200)
 
 
-def soaking(config: pytest.Config) -> bool:
-    return str(config.option.markexpr) == "soak"
+def thorough(config: pytest.Config) -> bool:
+    return str(config.option.markexpr) == "thorough"
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    settings.load_profile("soak" if soaking(config) else "usual")
+    settings.load_profile("thorough" if thorough(config) else "usual")
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Every property is tried again in soak, with more examples."""
-    for item in items if soaking(config) else []:
+    """Every property is tried again in `make thorough`, with more examples."""
+    for item in items if thorough(config) else []:
         if is_hypothesis_test(getattr(item, "obj", None)):
-            item.add_marker("soak")
+            item.add_marker("thorough")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -25,7 +25,7 @@ LEFT_OUT = (
     (r"^sim (run|render)|^campaign (make|unseal)", "walks: tests/robot/virtual/test_twin_run.py"),
     (r"^model (figures|sensitivity)|^replay .*--drive|--bus", "over ten seconds: tests of their own"),
     (r"^report", "folders that only its reader has: tests/robot/test_day_report.py"),
-    (r"^bringup --folder bringup", "a whole day: shorter in tests/robot/bringup/test_first_day.py"),
+    (r"^bringup --folder (bringup|practice)", "a day: tests/robot/bringup/test_first_day.py"),
     (r"^drive", "walks: tests/robot/run/test_drive.py; the log below is from one"),
     (r" lab/", "data of an example: tests/robot/odometry/test_lab_examples.py"),
     (r"^import (?!--maps)|^log (repair|merge)|lab\.toml|worn_crank", "files that only its reader has"),

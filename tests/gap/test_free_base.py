@@ -68,7 +68,7 @@ def sledge_trial(seed: int) -> Trial:
     return build_trial(header, [TableColumn(*one) for one in columns.items()])
 
 
-@pytest.mark.soak
+@pytest.mark.thorough
 def test_the_friction_of_the_floor_is_found_from_how_the_base_slides() -> None:
     runs = runs_of([sledge_trial(seed) for seed in (1, 2, 3)])
     found = diagnose(runs.trials, runs.simulator())

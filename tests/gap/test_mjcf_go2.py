@@ -61,7 +61,7 @@ def test_the_published_friction_explains_the_run_as_published() -> None:
     assert after < 0.35 * before
 
 
-@pytest.mark.soak
+@pytest.mark.thorough
 def test_friction_of_all_joints_is_named_in_one_call() -> None:
     from gap.diagnosis.diagnose import diagnose
 

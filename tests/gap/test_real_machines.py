@@ -69,8 +69,13 @@ def _cut(one: Found) -> int:
     return sum(f["count"] for f in one["findings"] if f["kind"] == "cut")
 
 
-@pytest.mark.soak
-@pytest.mark.parametrize("joint", [pytest.param("Rotation", marks=pytest.mark.soak), "Elbow"])
+@pytest.mark.parametrize(
+    "joint",
+    [
+        pytest.param("Rotation", marks=pytest.mark.thorough),
+        pytest.param("Elbow", marks=pytest.mark.soak),
+    ],
+)
 def test_an_arm_joint_is_explained_by_more_than_a_delay(joint: str, tmp_path: Path) -> None:
     trials = bring_in(Path(FOLDER), "so101", tmp_path)
     found = diagnose(trials, tmp_path / "page.html", "--joint", joint)

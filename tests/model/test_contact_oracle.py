@@ -12,7 +12,7 @@ from model.values.parameters import ContactParameters
 from tests.model.contact_oracle import oracle_loads
 from tests.model.oracles.support import solve_support
 from tests.model.poses import KINDS, poses
-from tests.soaked import soaked
+from tests.soaked import THOROUGH, soaked
 
 WEIGHT_N = 60.0
 BLOCKS = 20
@@ -40,7 +40,7 @@ def proves_itself(
     return bool(same and np.abs(balance).max() <= 1e-9 * WEIGHT_N + rounding)
 
 
-@pytest.mark.parametrize("block", soaked(range(BLOCKS), lambda block: block < 1))
+@pytest.mark.parametrize("block", soaked(range(BLOCKS), lambda block: block < 1, mark=THOROUGH))
 def test_loads_are_those_of_an_independent_solver(block: int) -> None:
     counts: Counter[str] = Counter()
     for kind, feet, stiffness in poses(POSES // BLOCKS, seed=block):

@@ -11,7 +11,7 @@ from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
 from tests.model.coulomb_frames import KINDS, frames, trouble
 from tests.model.oracles.coulomb import solve_coulomb_reference
-from tests.soaked import soaked
+from tests.soaked import THOROUGH, soaked
 
 WEIGHT_N = 60.0
 LEGS = (3, 4, 6, 12, 50)
@@ -26,7 +26,7 @@ def coulomb(feet: FootMotion, contact: ContactParameters) -> FrameSolutions:
     return solve_frames(feet, contact, WEIGHT_N, law=FrictionLaw.COULOMB)
 
 
-@pytest.mark.parametrize("per_case", soaked(PER_CASE, lambda count: count < 1000))
+@pytest.mark.parametrize("per_case", soaked(PER_CASE, lambda count: count < 1000, mark=THOROUGH))
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("legs", LEGS)
 def test_no_frame_fails_and_every_answer_proves_itself(kind: str, legs: int, per_case: int) -> None:

@@ -70,13 +70,13 @@ def test_nothing_is_said_of_noise_or_of_legs_without_a_shaft_of_their_own() -> N
     assert at_start(LEGS).suspected == NO_LEG
 
 
-@pytest.mark.soak
+@pytest.mark.thorough
 def test_a_robot_that_walks_with_a_wrong_zero_says_so() -> None:
     words = noticed("shaft_zero_offset@MR:offset_rad=0.17", "tripod")
     assert "the zero of MR seems to be off by" in words
 
 
-@pytest.mark.soak
+@pytest.mark.thorough
 def test_a_zero_whose_loads_look_like_those_of_another_leg_is_not_blamed_on_it() -> None:
     """In the metachronal gait a wrong zero of HL loads the feet much as one of FR, its diagonal, does."""
     assert "zero of" not in noticed("shaft_zero_offset@HL:offset_rad=0.17", "metachronal")

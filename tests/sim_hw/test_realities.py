@@ -270,7 +270,7 @@ def test_effects_that_a_reality_cannot_have_are_known() -> None:
     assert not why_not_in(USUAL, "force_gain")
 
 
-@pytest.mark.soak
+@pytest.mark.thorough
 def test_all_that_a_reality_changes_comes_through_the_bytes_as_well() -> None:
     """Loop, gears, marker on the shank, filtered and coloured forces: counts are equal, not just near."""
     reality = find_reality("workshop")

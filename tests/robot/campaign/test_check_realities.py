@@ -126,7 +126,7 @@ def test_a_cluster_without_dask_is_one_sentence(
     assert len(told.strip().splitlines()) == 1
 
 
-@pytest.mark.soak
+@pytest.mark.thorough
 def test_a_cluster_gives_the_same_answers(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -86,7 +86,7 @@ def test_a_sealed_campaign_is_opened_by_its_key(
     assert "holds no key" in capsys.readouterr().err
 
 
-@pytest.mark.soak
+@pytest.mark.thorough
 def test_a_cluster_makes_the_same_bytes(
     made: Made, scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -19,7 +19,7 @@ from robot.design.new_text import CRANK, FOUR_BAR
 from robot.design.review import review_robot
 from robot.report.summary import read_summary
 from robot.requests.robot import RobotNewRequest
-from tests.soaked import soaked
+from tests.soaked import THOROUGH, soaked
 
 MODELS = [model.name for model in SERVO_MODELS]
 
@@ -180,6 +180,7 @@ def test_without_a_terminal_nobody_is_asked(
         ],
         lambda options: "XL430-W250" in options,
         " ".join,
+        THOROUGH,
     ),
 )
 def test_it_walks_virtually_as_fast_as_the_model_says(

@@ -12,10 +12,12 @@ from model.values.tick import Mode
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.faults.kinds import KINDS, StuckShaft
 from tests.record.ticks import NAMES, make_tick
-from tests.soaked import soaked
+from tests.soaked import THOROUGH, soaked
 
 
-@pytest.mark.parametrize("seconds", soaked((10.0, 60.0), lambda seconds: seconds < 60))
+@pytest.mark.parametrize(
+    "seconds", soaked((10.0, 60.0), lambda seconds: seconds < 60, mark=THOROUGH)
+)
 def test_faults_on_faults(seconds: float) -> None:
     found = soak(seconds, seed=5)
     assert found.surprises == []
