@@ -251,3 +251,31 @@ def test_mujoco_is_not_told_to_change_the_file(machine: MjcfMachine, healthy: Tr
     before = mujoco.MjModel.from_xml_string(arm())
     machine.predict(healthy, (Cause("body_mass", ("fore",), (2.0,)),), Drive.COMMAND)
     assert np.array_equal(machine.parts.rigid.model.body_mass, before.body_mass)
+
+
+@pytest.mark.parametrize("own", ["", 'stiffness="8" springref="20" damping="0.3"'])
+def test_a_loop_without_a_limit_is_the_spring_that_an_actuator_would_be(own: str) -> None:
+    """The same loop with a limit that it never reaches goes through actuators and all bodies."""
+    t, command = chirps(3.0)
+    foot = '<body pos="0 0 -0.2"><inertial pos="0 0 0" mass="0.1" diaginertia="1e-5 1e-5 1e-5"/></body>'
+    xml = arm(upper=own).replace("</body></body>", f"{foot}</body></body>")
+    columns = {"time_s": t, "command_rad": command, "shaft_rad": command}
+    free, limited = (
+        make_machine([log_of(xml, drive, columns)])
+        for drive in (LOOP, LOOP + "torque_limit_nm = 1e6\n")
+    )
+    assert (
+        free.parts.rigid.lean.nbody == 3
+    )  # the world and two links; the foot is one with the second
+    trial = log_of(xml, LOOP, columns)
+    causes: tuple[tuple[Cause, ...], ...] = (
+        (),
+        (Cause("coulomb_friction", ("fore",), (0.3,)), Cause("armature", ("upper",), (0.05,))),
+        (Cause("gravity_direction", (), (0.1, -0.2)),),
+        (Cause("encoder_offset", ("fore",), (0.05,)), Cause("command_delay", (), (0.03,))),
+    )
+    for causes_ in causes:
+        for drive in Drive:
+            lean, whole = (one.predict(trial, causes_, drive) for one in (free, limited))
+            assert np.allclose(lean, whole, rtol=0.0, atol=1e-7)
+    assert np.ptp(free.predict(trial, causes[1], Drive.COMMAND)) > 0.1

@@ -118,6 +118,15 @@ def torque_law(kind: str, p: JointNumbers) -> TorqueLaw:
     return TorqueLaw(kp / softer, kd / softer, stall * p.limit, back_emf)
 
 
+def pursuing(p: JointNumbers, drive: DriveTable) -> JointNumbers:
+    """Return a joint with only the numbers that say what its loop pursues."""
+    kp, kd = (p.kp, p.kd) if drive.after_error else (1.0, 0.0)
+    return JointNumbers(
+        kp=kp, kd=kd, speed_limit_rad_s=p.speed_limit_rad_s, delay_s=p.delay_s, lag_s=p.lag_s,
+        play_rad=p.play_rad, encoder_offset_rad=p.encoder_offset_rad, encoder_scale=p.encoder_scale,
+    )  # fmt: skip
+
+
 def read_drive(trial: Trial) -> DriveTable:
     """Read how the joints of a trial are driven.
 

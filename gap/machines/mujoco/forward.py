@@ -5,23 +5,23 @@ So settings that differ in other trees share a run, and what one tree did is rem
 """
 
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from gap.interfaces import Drive
-from gap.machines.mujoco.base_pose import BaseStarts
-from gap.machines.mujoco.drive import DriveTable, JointNumbers, torque_law
+from gap.machines.mujoco.drive import DriveTable, JointNumbers, pursuing, torque_law
 from gap.machines.mujoco.edited_model import ModelEditor
-from gap.machines.mujoco.frames import Frames, targets_of
-from gap.machines.mujoco.inverse import bias_torque, loop_inertia
+from gap.machines.mujoco.frames import Frames
+from gap.machines.mujoco.inverse import loop_inertia
 from gap.machines.mujoco.rigid_model import RigidModel
 from gap.machines.mujoco.rollouts import RolloutPool, Run
+from gap.machines.mujoco.run_parts import RunParts, RunSegments
 from gap.machines.mujoco.settings import RigidSettings, WorldNumbers
 from model.errors import GapError
-from model.values.arrays import BoolArray, FloatArray, IntArray
+from model.values.arrays import BoolArray, FloatArray
 
 # A run fed what was measured begins again after so long: many times a loop's own memory, so that where a
 # joint comes to rest counts, and not how it began.
@@ -32,6 +32,8 @@ SHORTEST_STEP_S = 0.0002
 STIFF = 0.4  # step times the fastest frequency of a loop, at most
 REMEMBERED_BYTES = 200_000_000
 TARGETS_REMEMBERED = 256
+PULLS_REMEMBERED = 8
+TRIALS_REMEMBERED = 64
 BROKEN_RAD = 10.0  # error of a candidate that the simulator could not follow
 
 TreeKey = tuple[int, Drive, int, object]
@@ -44,14 +46,6 @@ class ForwardRequest:
     frames: Frames
     settings: RigidSettings
     drive: Drive
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RunSegments:
-    """First frames of S segments, (S,), and how many frames each is long."""
-
-    first: IntArray
-    length: int
 
 
 Asked = tuple[TreeKey, ForwardRequest]
@@ -73,13 +67,17 @@ class ForwardModel:
     def __init__(self, rigid: RigidModel, drive: DriveTable, nominal: RigidSettings) -> None:
         self.rigid, self.drive, self.nominal = rigid, drive, nominal
         self._editor = ModelEditor(rigid, drive.kind)
-        self._pool = RolloutPool(rigid.model)
+        self._pool = RolloutPool()
         self._known: OrderedDict[TreeKey, FloatArray] = OrderedDict()
         self._bytes = 0
         self._inertia = loop_inertia(rigid)
-        self._target = lru_cache(maxsize=TARGETS_REMEMBERED)(self._make_target)
-        self._load = lru_cache(maxsize=8)(lambda frames: np.abs(bias_torque(rigid, frames)))
-        self._base = lru_cache(maxsize=8)(lambda frames: BaseStarts(rigid, frames))
+        # joints and bodies of each tree
+        self._places = [
+            [np.flatnonzero(of == tree).tolist() for of in (rigid.joint_tree, rigid.body_tree)]
+            for tree in range(rigid.trees)
+        ]
+        self._runs = RunParts(rigid, drive)
+        self._parts = lru_cache(maxsize=TRIALS_REMEMBERED)(self._segments)
 
     def traces(self, requests: Sequence[ForwardRequest]) -> list[JointTraces]:
         """Simulate all requests, those that differ in other trees in one run.
@@ -117,18 +115,13 @@ class ForwardModel:
     def _key(self, request: ForwardRequest, tree: int) -> TreeKey:
         """What a tree's motion depends on; how its readings are scaled is not part of it."""
         s = request.settings
-        joints = tuple(
-            p._replace(speed_scale=1.0, torque_scale=1.0)
-            for p, own in zip(s.joints, self.rigid.joint_tree, strict=True)
-            if own == tree
-        )
-        bodies = tuple(
-            p for p, own in zip(s.bodies, self.rigid.body_tree, strict=True) if own == tree
-        )
+        own, carried = self._places[tree]
+        joints = tuple(_moving(s.joints[at]) for at in own)
+        bodies = tuple(s.bodies[at] for at in carried)
         return id(request.frames), request.drive, tree, (joints, bodies, s.world)
 
     def _joined(self, frames: Frames, parts: Sequence[FloatArray]) -> JointTraces:
-        angle, speed = np.full((2, frames.count, len(self.rigid.joints)), np.nan)
+        angle, speed = np.empty((2, frames.count, len(self.rigid.joints)))
         for tree, part in enumerate(parts):
             on = self.rigid.joint_tree == tree
             angle[:, on], speed[:, on] = part
@@ -145,7 +138,7 @@ class ForwardModel:
         if not merged:
             return {}
         frames, drive = merged[0][1].frames, merged[0][1].drive
-        segments = self._segments(frames, drive)
+        segments = self._parts(frames, drive)
         if segments is None:
             nothing = np.full((2, frames.count, len(self.rigid.joints)), np.nan)
             return {
@@ -191,9 +184,10 @@ class ForwardModel:
         for tree, one in enumerate(own):
             if one is None:
                 continue
-            for at in np.flatnonzero(self.rigid.joint_tree == tree).tolist():
+            own_joints, own_bodies = self._places[tree]
+            for at in own_joints:
                 joints[at] = one[1].settings.joints[at]
-            for at in np.flatnonzero(self.rigid.body_tree == tree).tolist():
+            for at in own_bodies:
                 bodies[at] = one[1].settings.bodies[at]
         return RigidSettings(tuple(joints), tuple(bodies), first.world)
 
@@ -212,7 +206,7 @@ class ForwardModel:
         last = max(frames.count - 1, 1)
         if drive is Drive.COMMAND:
             return RunSegments(np.zeros(1, dtype=np.int64), last)
-        if self.rigid.floating and not self._base(frames).measured:
+        if self.rigid.floating and not self._runs.base(frames).measured:
             return None
         length = min(max(2, round(SEGMENT_S / frames.period_s)), last)
         first = np.arange(0, max(last - length // 2, 1), length)
@@ -226,55 +220,13 @@ class ForwardModel:
     ) -> Run:
         model = self._editor.edited(settings)
         model.opt.timestep = frames.period_s / every
-        targets = np.column_stack([
-            self._target(frames, at, p, every) for at, p in enumerate(settings.joints)
-        ])  # fmt: skip
-        rows = np.arange(segments.length * every)[None] + segments.first[:, None] * every
-        targets = targets[np.minimum(rows, len(targets) - 1)]
-        qpos, qvel = self._starts(frames, settings, segments.first, targets[:, 0])
-        return Run(model, qpos, qvel, targets, self._friction(frames, settings, segments.first))
-
-    def _make_target(self, frames: Frames, at: int, p: JointNumbers, every: int) -> FloatArray:
-        return targets_of(frames, self.drive, at, p, every)
-
-    def _starts(
-        self, frames: Frames, settings: RigidSettings, at_frames: IntArray, targets: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """State of all joints and of the base at some frames, with the targets there, (S, J)."""
-        qpos, qvel = self._base(frames).at(at_frames)
-        delay_s = settings.world.stamp_delay_s
-        for at, p in enumerate(settings.joints):
-            moving = frames.motion.speed[at_frames, at]
-            seen = frames.motion.angle[at_frames, at] + delay_s * moving
-            first = targets[:, at]
-            angle = (seen - p.encoder_offset_rad) / p.encoder_scale
-            if p.compliance_rad_nm > 0.0:
-                law = torque_law(self.drive.kind, p._replace(compliance_rad_nm=0.0))
-                pull = law.stiffness * (first - angle) - law.damping * moving
-                angle = angle - p.compliance_rad_nm * np.clip(pull, -law.limit, law.limit)
-            qpos[:, self.rigid.position[at]] = np.where(np.isfinite(angle), angle, first)
-            qvel[:, self.rigid.speed[at]] = np.nan_to_num(moving) / p.encoder_scale
-        return qpos, qvel
-
-    def _friction(
-        self, frames: Frames, settings: RigidSettings, first: IntArray
-    ) -> Callable[[int, int, FloatArray], FloatArray] | None:
-        """Friction that follows load and speed; None where there is none."""
-        loaded = np.array([p.load_friction for p in settings.joints])
-        stick = np.array([p.stribeck_nm for p in settings.joints])
-        if not loaded.any() and not stick.any():
-            return None
-        slow = np.array([p.stribeck_rad_s for p in settings.joints])
-        dry = loaded * self._load(frames)
-        rigid, last = self.rigid, frames.count - 1
-
-        def added(segment: int, frame: int, speeds: FloatArray) -> FloatArray:
-            out = np.zeros(rigid.model.nv)
-            now = dry[min(int(first[segment]) + frame, last)]
-            out[rigid.speed] = now + stick * np.exp(-np.abs(speeds[rigid.speed]) / slow)
-            return out
-
-        return added
+        pursued = tuple(pursuing(p, self.drive) for p in settings.joints)
+        stiffness = () if model.nu else self._editor.stiffness(settings)
+        first, targets = self._runs.pull(frames, pursued, segments, every, stiffness)
+        qpos, qvel = self._runs.starts(frames, settings, segments.first, first)
+        return Run(
+            model, qpos, qvel, targets, self._runs.friction(frames, settings, segments.first)
+        )
 
     def _unrolled(
         self, frames: Frames, segments: RunSegments, states: FloatArray, sound: BoolArray
@@ -300,3 +252,10 @@ class ForwardModel:
             f"the model explodes {at_s:.2f} s after the start, with no effect added: check masses, "
             "inertias and gains (units?), or give it a smaller timestep"
         )
+
+
+def _moving(p: JointNumbers) -> JointNumbers:
+    """A joint without how its readings are scaled."""
+    if p.speed_scale == 1.0 and p.torque_scale == 1.0:
+        return p
+    return p._replace(speed_scale=1.0, torque_scale=1.0)

@@ -33,9 +33,7 @@ from gap.machines.mujoco.drive import (
     CURRENT,
     FIRMWARE,
     DriveTable,
-    JointNumbers,
     read_drive,
-    torque_law,
 )
 from gap.machines.mujoco.edited_model import far_ends
 from gap.machines.mujoco.effect_table import (
@@ -46,24 +44,30 @@ from gap.machines.mujoco.effect_table import (
     STAGES,
     MjcfEffect,
 )
-from gap.machines.mujoco.forward import ForwardModel, ForwardRequest, JointTraces
-from gap.machines.mujoco.frames import Frames, frames_of, smoothed, targets_of
+from gap.machines.mujoco.forward import ForwardModel, ForwardRequest
+from gap.machines.mujoco.frames import Frames, frames_of, smoothed
 from gap.machines.mujoco.inverse import InverseModel, held_torque, loop_inertia
+from gap.machines.mujoco.readings import (
+    CURRENT_AT,
+    DUTY,
+    SHAFT,
+    SPEED,
+    TORQUE_AT,
+    LoopReadings,
+    speeds_read,
+)
 from gap.machines.mujoco.rigid_model import ModelFile, RigidModel, read_rigid_model
 from gap.machines.mujoco.settings import RigidSettings, nominal_settings, with_causes
 from gap.machines.servo_bench.check import believable
-from model.motion.filters import at_times
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
 
 TRIALS_REMEMBERED = 64
-TARGETS_REMEMBERED = 256
 SETTLE_S = 0.1  # what a loop did before the trial is not known
 LEAST_NOISE_RAD = 1e-5
 TORQUE_NOISE = 0.002  # of what is usual at a joint
 NOISE_RAD_S = 0.05
 NOISE_DUTY = 0.01
-SHAFT, SPEED, TORQUE_AT, CURRENT_AT, DUTY = "shaft_error", "speed", "torque", "current", "duty"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,7 +108,7 @@ class MjcfMachine:
         )
         self.nominal = nominal_settings(drive.joints, len(rigid.bodies))
         self._frames = lru_cache(maxsize=TRIALS_REMEMBERED)(self._make_frames)
-        self._target = lru_cache(maxsize=TARGETS_REMEMBERED)(self._make_target)
+        self._readings = LoopReadings(drive, parts.kinds)
         self._inverse = InverseModel(rigid, drive.kind)
         self._forward = ForwardModel(rigid, drive, self.nominal) if drive.forward else None
 
@@ -170,7 +174,8 @@ class MjcfMachine:
             return [self._needed(f, s) for f, s in zip(frames, settings, strict=True)]
         asked = [ForwardRequest(*one) for one in zip(frames, settings, drives, strict=True)]
         traces = self._forward.traces(asked)
-        return [self._read(one, trace) for one, trace in zip(asked, traces, strict=True)]
+        read = self._readings.values
+        return [readonly(read(one, trace)) for one, trace in zip(asked, traces, strict=True)]
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
         """Look for faults of the data themselves."""
@@ -187,8 +192,7 @@ class MjcfMachine:
         """Commands as they stood at each frame; what an angle is measured from."""
         if self._forward is None:
             return np.zeros((frames.count, len(self.joints)))
-        row = np.searchsorted(frames.command_s, frames.time_s + 1e-9, side="right") - 1
-        return np.asarray(frames.command_rad[np.clip(row, 0, None)])
+        return self._readings.command(frames)
 
     def _felt(self, values: FloatArray, frames: Frames) -> FloatArray:
         """Torque or current, smoothed as the motion is where it is held against that."""
@@ -208,53 +212,9 @@ class MjcfMachine:
         scale = np.array([p.torque_scale for p in settings.joints])
         constant = np.array([p.torque_constant_nm_a for p in settings.joints])
         reads = {TORQUE_AT: torque * scale, CURRENT_AT: torque / constant,
-                 SPEED: self._speeds(frames.motion.speed, settings)}  # fmt: skip
+                 SPEED: speeds_read(frames.motion.speed, settings)}  # fmt: skip
         predicted: FloatArray = readonly(np.hstack([reads[kind] for kind in self._kinds]))
         return predicted
-
-    def _speeds(self, speed: FloatArray, settings: RigidSettings) -> FloatArray:
-        return np.asarray(speed * np.array([p.speed_scale for p in settings.joints]))
-
-    def _read(self, one: ForwardRequest, trace: JointTraces) -> FloatArray:
-        """What sensors would read of a simulation."""
-        frames, settings, measured = one.frames, one.settings, one.drive is Drive.MEASURED
-        angle, torque, duty, current = (np.empty(trace.angle.shape) for _ in range(4))
-        for at, p in enumerate(settings.joints):
-            law = torque_law(self.parts.drive.kind, p)
-            target = self._target(frames, at, p._replace(speed_scale=1.0, torque_scale=1.0))
-            q, v = trace.angle[:, at], trace.speed[:, at]
-            pull = np.clip(law.stiffness * (target - q) - law.damping * v, -law.limit, law.limit)
-            angle[:, at] = p.encoder_scale * q + p.encoder_offset_rad + p.compliance_rad_nm * pull
-            if measured:  # what the loop would do about the measured angle
-                q = (frames.motion.angle[:, at] - p.encoder_offset_rad) / p.encoder_scale
-                v = frames.motion.speed[:, at]
-                pull = np.clip(
-                    law.stiffness * (target - q) - law.damping * v, -law.limit, law.limit
-                )
-            torque[:, at] = (pull - law.back_emf * v) * p.torque_scale
-            stall = p.torque_constant_nm_a * p.supply_v / p.resistance_ohm
-            duty[:, at] = pull / stall if stall > 0 else np.nan
-            current[:, at] = (pull - law.back_emf * v) / p.torque_constant_nm_a
-        speed = frames.motion.speed if measured else trace.speed
-        angle = self._stamped(angle, trace.speed, one)
-        reads = {SHAFT: angle - self._command(frames), SPEED: self._speeds(speed, settings),
-                 TORQUE_AT: torque, CURRENT_AT: current, DUTY: duty}  # fmt: skip
-        predicted: FloatArray = readonly(np.hstack([reads[kind] for kind in self._kinds]))
-        return predicted
-
-    def _make_target(self, frames: Frames, at: int, p: JointNumbers) -> FloatArray:
-        target = targets_of(frames, self.parts.drive, at, p, 1)
-        return np.append(target, target[-1])
-
-    def _stamped(self, angle: FloatArray, speed: FloatArray, one: ForwardRequest) -> FloatArray:
-        """Angles as they are stamped; within segments by their speed, because each begins again."""
-        world, time_s = one.settings.world, one.frames.time_s
-        late_s = world.clock_ratio * time_s - world.stamp_delay_s - time_s
-        if not late_s.any():
-            return angle
-        if one.drive is Drive.MEASURED:
-            return np.asarray(angle + speed * late_s[:, None])
-        return at_times(time_s, angle, time_s + late_s)
 
 
 def make_machine(trials: Sequence[Trial]) -> MjcfMachine:

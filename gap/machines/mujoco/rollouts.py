@@ -17,6 +17,7 @@ from mujoco import rollout
 from model.values.arrays import BoolArray, FloatArray
 
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
+TARGETS, FORCES = mujoco.mjtState.mjSTATE_CTRL, mujoco.mjtState.mjSTATE_QFRC_APPLIED
 THREADS = min(os.cpu_count() or 1, 4)
 BATCH_BYTES = 64_000_000
 BEYOND = 1e4  # rad, rad/s, m: a state that is no machine's
@@ -30,7 +31,8 @@ class Run:
         model: Its own, edited.
         qpos: Positions at the start of each segment, (S, nq).
         qvel: Speeds there, (S, nv).
-        target: What drives the actuators in each step, (S, steps, nu).
+        target: What drives the actuators in each step, (S, steps, nu); forces on all degrees of freedom
+            where the model has none, (S, steps, nv).
         friction: None, or what is added to the ``frictionloss`` of every degree of freedom from a frame on,
             (nv,), given the segment, the frame in it and the speeds there.
     """
@@ -50,12 +52,12 @@ class Run:
 class RolloutPool:
     """Runs rollouts on threads that are started when they are first needed, again in a forked process."""
 
-    def __init__(self, model: Any, threads: int = THREADS) -> None:
-        self._model, self._threads = model, threads
+    def __init__(self, threads: int = THREADS) -> None:
+        self._threads = threads
         self._pool: Any = None
-        self._data: list[Any] = []
-        self._process = 0
-        self.size = mujoco.mj_stateSize(model, STATE)
+        # by the number of actuators, which tells models apart
+        self._data: dict[int, list[Any]] = {}
+        self._process = self.size = 0
 
     def states(self, runs: Sequence[Run], every: int) -> tuple[FloatArray, BoolArray]:
         """Roll runs out that have equally many segments and steps.
@@ -69,17 +71,23 @@ class RolloutPool:
             it is one that the run reached, (R, S, frames).
         """
         segments, steps = len(runs[0].qpos), runs[0].steps
+        if not self.size:
+            self.size = mujoco.mj_stateSize(runs[0].model, STATE)
         frames = steps // every + 1
         out = np.stack([np.hstack([run.qpos, run.qvel]) for run in runs])[:, :, None]
         out = np.repeat(out, frames, axis=2)
         most = max(1, BATCH_BYTES // (8 * segments * steps * self.size))
-        kinds = ([i for i, run in enumerate(runs) if run.friction is None],
-                 [i for i, run in enumerate(runs) if run.friction is not None])  # fmt: skip
-        for rolled, own in zip((self._whole, self._by_frames), kinds, strict=True):
+        kinds: dict[tuple[bool, int], list[int]] = {}
+        for number, run in enumerate(runs):
+            kinds.setdefault((run.friction is None, int(run.model.nu)), []).append(number)
+        for (plain, _), own in kinds.items():
+            rolled = self._whole if plain else self._by_frames
             for first in range(0, len(own), most):
                 batch = own[first : first + most]
                 out[batch, :, 1:] = rolled([runs[i] for i in batch], every)
         sound: BoolArray = np.logical_and.reduce(np.isfinite(out) & (np.abs(out) < BEYOND), axis=3)
+        if sound.all():
+            return out, sound
         sound = np.asarray(np.logical_and.accumulate(sound, axis=2))
         last = np.maximum.accumulate(np.where(sound, np.arange(frames), 0), axis=2)
         return np.take_along_axis(out, last[..., None], axis=2), sound
@@ -128,10 +136,12 @@ class RolloutPool:
     def _rolled(self, models: list[Any], first: FloatArray, target: FloatArray) -> FloatArray:
         if self._pool is None or self._process != os.getpid():
             self._pool = rollout.Rollout(nthread=self._threads)
-            self._data = [mujoco.MjData(self._model) for _ in range(self._threads)]
-            self._process = os.getpid()
+            self._data, self._process = {}, os.getpid()
+        driven = int(models[0].nu)
+        if driven not in self._data:
+            self._data[driven] = [mujoco.MjData(models[0]) for _ in range(self._threads)]
         states, _ = self._pool.rollout(
-            models, self._data, np.ascontiguousarray(first), np.ascontiguousarray(target),
-            nstep=target.shape[1],
+            models, self._data[driven], np.ascontiguousarray(first), np.ascontiguousarray(target),
+            nstep=target.shape[1], control_spec=int(TARGETS if driven else FORCES),
         )  # fmt: skip
         return np.asarray(states)
