@@ -45,7 +45,9 @@ class LoopReadings:
             angle = angle + gives * self._pull(one, trace.angle, trace.speed)
         angle = self._stamped(angle, trace.speed, one)
         speed = one.frames.motion.speed if measured else trace.speed
-        reads = {SHAFT: angle - self.command(one.frames), SPEED: speeds_read(speed, one.settings)}
+        reads = {SHAFT: angle - self.command(one.frames)}
+        if SPEED in self.kinds:
+            reads[SPEED] = speeds_read(speed, one.settings)
         if self._pulls:
             at = trace.angle
             if measured:  # what the loop would do about the measured angle
