@@ -66,7 +66,7 @@ class RigidModel:
         welded: Joints of the file that no log names.
         limit_nm: Torque limit of each joint by the file, (J,); infinite without.
         floating: Whether the base is free.
-        lean: The same without actuators and with bodies in one that no joint parts, which is a fifth less
+        lean: The same without actuators and with bodies in one that no joint parts, which is a sixth less
             to step; None where it might move otherwise.
     """
 
