@@ -73,7 +73,7 @@ def _cut(one: Found) -> int:
     "joint",
     [
         pytest.param("Rotation", marks=pytest.mark.thorough),
-        pytest.param("Elbow", marks=pytest.mark.soak),
+        pytest.param("Elbow", marks=pytest.mark.thorough),
     ],
 )
 def test_an_arm_joint_is_explained_by_more_than_a_delay(joint: str, tmp_path: Path) -> None:
@@ -98,7 +98,7 @@ def test_the_backlash_of_the_rig_is_the_published_one(tmp_path: Path) -> None:
     assert cause["parameters"]["width_rad"] / COUNT_RAD == pytest.approx(14.78, abs=1.0)
 
 
-@pytest.mark.soak
+@pytest.mark.thorough
 def test_the_cube_slides_by_coulombs_law(tmp_path: Path) -> None:
     found = diagnose(bring_in(Path(FOLDER), "sliding_cube", tmp_path), tmp_path / "page.html")
     assert found["causes"][0]["effect"] == "coulomb_friction"
