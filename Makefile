@@ -31,7 +31,7 @@ walk: install ## walk three tripod cycles on virtual hardware and print distance
 test: check ## the same as check
 
 check: install ## everything that must hold before a commit
-	@$(MAKE) --no-print-directory --jobs 2 --output-sync=target format lint types imports
+	@$(MAKE) --no-print-directory --jobs 2 format lint types imports
 	@$(MAKE) --no-print-directory tests
 
 format: install
@@ -50,7 +50,7 @@ tests: install
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
 soak: install ## tests of more than three seconds: whole diagnoses, first days, pages in a browser
-	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m soak
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m "soak and not thorough"
 
 thorough: install ## statistics over many runs, whole data sets, a hundred thousand poses, many examples
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m thorough

@@ -48,7 +48,7 @@ def _explained(
 ) -> tuple[Cause, ...]:
     """Causes of what is fitted to, with a share of the misfit expected."""
     evidence = study.loose_evidence(drive)
-    taken = {(one.effect, one.joints) for one in study.predictor.standing}
+    taken = {one.key for one in study.predictor.standing}
     free = [one for one in candidates if one.key not in taken]
     if not free or not (evidence.count > 0).any():
         return ()

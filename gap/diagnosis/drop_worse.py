@@ -90,7 +90,7 @@ def _changed(comparison: GapEvidence, selection: Selection) -> Iterator[Selectio
     for at, step in enumerate(selection.steps):
         yield _left_out(comparison, selection, at)
         causes = selection.fitted.causes
-        taken = {(one.effect, one.joints) for one in causes}
+        taken = {one.key for one in causes}
         for rival in step.rivals[:RIVALS]:
             if rival.added.key in taken:
                 continue

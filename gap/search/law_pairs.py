@@ -3,8 +3,7 @@
 A law of friction has no size, and other numbers have adjusted to its absence: dry friction on legs that do
 not give is little better than wet friction, and legs that give are little better under wet friction. Each
 alone explains a few percent of what healthy runs show, both together explain a fifth. So a law that is
-better than none is put in on trial, and stays if it and what then
-comes next are each worth it with the other.
+better than none is put in on trial, and stays if it and what comes next are each worth it with the other.
 """
 
 from collections.abc import Sequence
@@ -27,7 +26,7 @@ def law_with_partner(
         selection: The causes so far.
         candidates: All of them.
     """
-    taken = {(cause.effect, cause.joints) for cause in selection.fitted.causes}
+    taken = {cause.key for cause in selection.fitted.causes}
     for law in candidates:
         if law.effect.parameters or law.key in taken:
             continue

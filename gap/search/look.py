@@ -132,7 +132,7 @@ class Look:
 
         With references, what differs most between days may be all of the first list; so there is a second.
         """
-        taken = {(cause.effect, cause.joints) for cause in selection.fitted.causes}
+        taken = {cause.key for cause in selection.fitted.causes}
         residual = selection.fitted.residual
         ranked = gains(signatures, residual, self.evidence.weights(residual))
         ranked = [gain for gain in ranked if gain.signature.candidate.key not in taken]

@@ -62,7 +62,7 @@ def _starts(
 ) -> Iterator[tuple[tuple[Cause, Cause], tuple[Candidate, Candidate]]]:
     """Yield the pairs that gain most to first order, with the values to begin from."""
     residual = selection.fitted.residual
-    taken = {(one.effect, one.joints) for one in selection.fitted.causes}
+    taken = {one.key for one in selection.fitted.causes}
     smooth = [
         one
         for one in signatures.each

@@ -60,7 +60,7 @@ def _others(
     causes, step = selection.fitted.causes, selection.steps[at]
     kept = without(causes, at)
     own = (causes[at].effect, causes[at].joints)
-    taken = {(one.effect, one.joints) for one in causes}
+    taken = {one.key for one in causes}
     left = fit_causes(look.evidence, kept, FEW_ROUNDS).residual
     ranked = gains(signatures, left, look.evidence.weights(left))
     own_gain = next((one.nats for one in ranked if one.signature.candidate.key == own), 0.0)

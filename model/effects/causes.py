@@ -116,6 +116,11 @@ class Cause:
     joints: tuple[str, ...]
     values: tuple[float, ...]
 
+    @property
+    def key(self) -> tuple[str, tuple[str, ...]]:
+        """Its name and place, without its size."""
+        return (self.effect, self.joints)
+
 
 def joint_by_joint(cause: Cause, effect: Effect) -> tuple[Cause, ...]:
     """Return a cause at every joint as causes at single ones; any other as it is."""

@@ -105,7 +105,7 @@ def _false_alarms(count: int) -> int:
     return alarms
 
 
-@pytest.mark.parametrize("sets", soaked((12, 80), lambda sets: sets < 80, mark=THOROUGH))
+@pytest.mark.parametrize("sets", soaked((12, 300), lambda sets: sets < 300, mark=THOROUGH))
 def test_false_alarms_lie_in_the_binomial_band(sets: int) -> None:
     assert _false_alarms(sets) <= stats.binom.ppf(0.975, sets, 0.05)
 

@@ -104,7 +104,7 @@ def test_healthy_sets_with_one_joint_unlike_the_others_raise_few_alarms() -> Non
 @pytest.mark.thorough
 @pytest.mark.parametrize("wander", [LIKE, UNLIKE])
 def test_false_alarms_keep_the_printed_level(wander: tuple[float, ...]) -> None:
-    assert _alarms(60, wander) <= stats.binom.ppf(0.975, 60, 0.05)
+    assert _alarms(300, wander) <= stats.binom.ppf(0.975, 300, 0.05)
 
 
 def test_a_size_said_to_be_visible_is_found() -> None:

@@ -264,9 +264,8 @@ def test_a_loop_without_a_limit_is_the_spring_that_an_actuator_would_be(own: str
         make_machine([log_of(xml, drive, columns)])
         for drive in (LOOP, LOOP + "torque_limit_nm = 1e6\n")
     )
-    assert (
-        free.parts.rigid.lean.nbody == 3
-    )  # the world and two links; the foot is one with the second
+    bodies = 3  # the world and two links; the foot is one with the second
+    assert free.parts.rigid.lean.nbody == bodies
     trial = log_of(xml, LOOP, columns)
     causes: tuple[tuple[Cause, ...], ...] = (
         (),

@@ -69,13 +69,8 @@ def _cut(one: Found) -> int:
     return sum(f["count"] for f in one["findings"] if f["kind"] == "cut")
 
 
-@pytest.mark.parametrize(
-    "joint",
-    [
-        pytest.param("Rotation", marks=pytest.mark.thorough),
-        pytest.param("Elbow", marks=pytest.mark.thorough),
-    ],
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize("joint", ["Rotation", "Elbow"])
 def test_an_arm_joint_is_explained_by_more_than_a_delay(joint: str, tmp_path: Path) -> None:
     trials = bring_in(Path(FOLDER), "so101", tmp_path)
     found = diagnose(trials, tmp_path / "page.html", "--joint", joint)

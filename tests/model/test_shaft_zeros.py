@@ -71,9 +71,11 @@ def test_nothing_is_said_of_noise_or_of_legs_without_a_shaft_of_their_own() -> N
 
 
 @pytest.mark.thorough
-def test_a_robot_that_walks_with_a_wrong_zero_says_so() -> None:
-    words = noticed("shaft_zero_offset@MR:offset_rad=0.17", "tripod")
-    assert "the zero of MR seems to be off by" in words
+@pytest.mark.parametrize(("gait", "leg"), [("tripod", "ML"), ("metachronal", "MR")])
+def test_a_robot_that_walks_with_a_wrong_zero_says_so(gait: str, leg: str) -> None:
+    words = noticed(f"shaft_zero_offset@{leg}:offset_rad=0.17", gait)
+    assert f"the zero of {leg} seems to be off by" in words
+    assert "zero of" not in noticed("leg_length@FR:offset_m=0.012", gait)
 
 
 @pytest.mark.thorough

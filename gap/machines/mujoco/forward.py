@@ -31,8 +31,6 @@ LARGEST_STEP_S = 0.0025
 SHORTEST_STEP_S = 0.0002
 STIFF = 0.4  # step times the fastest frequency of a loop, at most
 REMEMBERED_BYTES = 200_000_000
-TARGETS_REMEMBERED = 256
-PULLS_REMEMBERED = 8
 TRIALS_REMEMBERED = 64
 BROKEN_RAD = 10.0  # error of a candidate that the simulator could not follow
 

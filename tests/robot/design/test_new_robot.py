@@ -177,6 +177,7 @@ def test_without_a_terminal_nobody_is_asked(
             ("--leg", "crank", "--servo", "XL430-W250"),
             ("--legs", "4", "--servo", "XL330-M288"),
             ("--legs", "8", "--force-sensors", "ati"),
+            ("--legs", "5", "--leg", "crank"),
         ],
         lambda options: "XL430-W250" in options,
         " ".join,
