@@ -8,6 +8,7 @@ import pytest
 
 from gap.interfaces import Cause, Drive
 from gap.machines.mujoco.machine import MjcfMachine, make_machine
+from gap.machines.mujoco.untimed import untimed
 from model.errors import GapError
 from record.trial.trial import Trial
 from tests.gap.mjcf_arms import ARM, LOOP, arm, arm_log, chirps, log_of, stepped
@@ -126,6 +127,27 @@ def test_many_at_once_is_one_by_one(machine: MjcfMachine, healthy: Trial) -> Non
     together = make_machine([healthy]).predict_many(asked)
     for (trial, own, drive), many in zip(asked, together, strict=True):
         assert np.allclose(machine.predict(trial, own, drive), many, atol=1e-9, equal_nan=True)
+
+
+def test_mujoco_s_profiler_rests_during_rollouts_and_a_clock_of_the_user_s_is_kept() -> None:
+    model = mujoco.MjModel.from_xml_string(TWO_TREES)
+
+    def timed() -> float:
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data)
+        return float(data.timer[mujoco.mjtTimer.mjTIMER_STEP].duration)
+
+    with untimed():
+        assert timed() == 0.0
+    assert timed() > 0.0
+    ticks = iter(range(10**6))
+    mujoco.set_mjcb_time(lambda: float(next(ticks)))
+    try:
+        with untimed():
+            assert timed() >= 1.0
+        assert timed() >= 1.0
+    finally:
+        mujoco.set_mjcb_time(None)
 
 
 def test_trees_share_runs_and_do_not_mix() -> None:

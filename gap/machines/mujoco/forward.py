@@ -21,7 +21,7 @@ from gap.machines.mujoco.rollouts import RolloutPool, Run
 from gap.machines.mujoco.run_parts import RunParts, RunSegments
 from gap.machines.mujoco.settings import RigidSettings, WorldNumbers
 from model.errors import GapError
-from model.values.arrays import BoolArray, FloatArray
+from model.values.arrays import BoolArray, FloatArray, IntArray
 
 # A run fed what was measured begins again after so long: many times a loop's own memory, so that where a
 # joint comes to rest counts, and not how it began.
@@ -53,10 +53,25 @@ Merged = tuple[Sequence[Asked | None], ForwardRequest, RigidSettings]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointTraces:
-    """Angle and speed of J joints in a simulation, (F, J) each; NaN where none was made."""
+    """Angle and speed of J joints in a simulation, NaN where none was made: tree by tree.
 
-    angle: FloatArray
-    speed: FloatArray
+    Attributes:
+        parts: Angles and speeds of the joints of each tree, (2, F, joints of it).
+        order: Where each joint lies among those of the parts one behind the other, (J,).
+    """
+
+    parts: Sequence[FloatArray]
+    order: IntArray
+
+    @property
+    def angle(self) -> FloatArray:
+        """Angle of each joint, (F, J)."""
+        return np.hstack([part[0] for part in self.parts])[:, self.order]
+
+    @property
+    def speed(self) -> FloatArray:
+        """Speed of each joint, (F, J)."""
+        return np.hstack([part[1] for part in self.parts])[:, self.order]
 
 
 class ForwardModel:
@@ -74,6 +89,8 @@ class ForwardModel:
             [np.flatnonzero(of == tree).tolist() for of in (rigid.joint_tree, rigid.body_tree)]
             for tree in range(rigid.trees)
         ]
+        joints = [at for own, _ in self._places for at in own]
+        self._order = np.argsort(joints)
         self._runs = RunParts(rigid, drive)
         self._parts = lru_cache(maxsize=TRIALS_REMEMBERED)(self._segments)
 
@@ -95,10 +112,10 @@ class ForwardModel:
         for per_tree in fresh.values():
             made |= self._run(per_tree)
         traces = [
-            self._joined(
-                request.frames, [made[key] if key in made else self._known[key] for key in own]
+            JointTraces(
+                [made[key] if key in made else self._known[key] for key in own], self._order
             )
-            for request, own in zip(requests, keys, strict=True)
+            for own in keys
         ]
         for key, values in made.items():
             self._known[key] = values
@@ -117,13 +134,6 @@ class ForwardModel:
         joints = tuple(_moving(s.joints[at]) for at in own)
         bodies = tuple(s.bodies[at] for at in carried)
         return id(request.frames), request.drive, tree, (joints, bodies, s.world)
-
-    def _joined(self, frames: Frames, parts: Sequence[FloatArray]) -> JointTraces:
-        angle, speed = np.empty((2, frames.count, len(self.rigid.joints)))
-        for tree, part in enumerate(parts):
-            on = self.rigid.joint_tree == tree
-            angle[:, on], speed[:, on] = part
-        return JointTraces(angle, speed)
 
     def _run(self, per_tree: Sequence[dict[TreeKey, ForwardRequest]]) -> dict[TreeKey, FloatArray]:
         """Simulate what is asked of each tree of one trial under one drive in one world."""

@@ -36,34 +36,38 @@ class LoopReadings:
 
     def values(self, one: ForwardRequest, trace: JointTraces) -> FloatArray:
         """Return what the sensors would read, (F, C)."""
-        joints, measured = one.settings.joints, one.drive is Drive.MEASURED
-        numbers = np.array(joints)
-        column = {name: numbers[:, at] for at, name in enumerate(JointNumbers._fields)}
-        angle = column["encoder_scale"] * trace.angle + column["encoder_offset_rad"]
-        gives = column["compliance_rad_nm"]
+        joints, angle = one.settings.joints, trace.angle
+        shaft = _each(joints, "encoder_scale") * angle + _each(joints, "encoder_offset_rad")
+        gives = _each(joints, "compliance_rad_nm")
         if gives.any():
-            angle = angle + gives * self._pull(one, trace.angle, trace.speed)
-        angle = self._stamped(angle, trace.speed, one)
+            shaft += gives * self._pull(one, angle, trace.speed)
+        shaft = self._stamped(shaft, trace, one)
+        reads = {SHAFT: np.subtract(shaft, self.command(one.frames), out=shaft)}
+        if self.kinds == (SHAFT,):
+            return reads[SHAFT]
+        measured = one.drive is Drive.MEASURED
         speed = one.frames.motion.speed if measured else trace.speed
-        reads = {SHAFT: angle - self.command(one.frames)}
-        if SPEED in self.kinds:
-            reads[SPEED] = speeds_read(speed, one.settings)
+        reads[SPEED] = speeds_read(speed, one.settings)
         if self._pulls:
-            at = trace.angle
             if measured:  # what the loop would do about the measured angle
-                at = one.frames.motion.angle - column["encoder_offset_rad"]
-                at = at / column["encoder_scale"]
-            pull = self._pull(one, at, speed)
-            back_emf = np.array([torque_law(self.drive.kind, p).back_emf for p in joints])
-            left = pull - back_emf * speed
-            constant = column["torque_constant_nm_a"]
-            stall = constant * column["supply_v"] / column["resistance_ohm"]
-            reads |= {
-                TORQUE_AT: left * column["torque_scale"],
-                CURRENT_AT: left / constant,
-                DUTY: pull / np.where(stall > 0, stall, np.nan),
-            }
+                angle = one.frames.motion.angle - _each(joints, "encoder_offset_rad")
+                angle = angle / _each(joints, "encoder_scale")
+            reads |= self._loop_reads(one, self._pull(one, angle, speed), speed)
         return np.asarray(np.hstack([reads[kind] for kind in self.kinds]))
+
+    def _loop_reads(
+        self, one: ForwardRequest, pull: FloatArray, speed: FloatArray
+    ) -> dict[str, FloatArray]:
+        """What sensors of the drive read of the torque that each loop asks for, (F, J) each."""
+        joints = one.settings.joints
+        back_emf = np.array([torque_law(self.drive.kind, p).back_emf for p in joints])
+        left, constant = pull - back_emf * speed, _each(joints, "torque_constant_nm_a")
+        stall = constant * _each(joints, "supply_v") / _each(joints, "resistance_ohm")
+        return {
+            TORQUE_AT: left * _each(joints, "torque_scale"),
+            CURRENT_AT: left / constant,
+            DUTY: pull / np.where(stall > 0, stall, np.nan),
+        }
 
     def _pull(self, one: ForwardRequest, angle: FloatArray, speed: FloatArray) -> FloatArray:
         """Torque that each loop asks for, (F, J)."""
@@ -80,15 +84,20 @@ class LoopReadings:
         target = targets_of(frames, self.drive, at, p, 1)
         return np.append(target, target[-1])
 
-    def _stamped(self, angle: FloatArray, speed: FloatArray, one: ForwardRequest) -> FloatArray:
+    def _stamped(self, angle: FloatArray, trace: JointTraces, one: ForwardRequest) -> FloatArray:
         """Angles as they are stamped; within segments by their speed, because each begins again."""
         world, time_s = one.settings.world, one.frames.time_s
         if world.clock_ratio == 1.0 and world.stamp_delay_s == 0.0:
             return angle
         late_s = world.clock_ratio * time_s - world.stamp_delay_s - time_s
         if one.drive is Drive.MEASURED:
-            return np.asarray(angle + speed * late_s[:, None])
+            return np.asarray(angle + trace.speed * late_s[:, None])
         return at_times(time_s, angle, time_s + late_s)
+
+
+def _each(joints: Sequence[JointNumbers], name: str) -> FloatArray:
+    """One number of every joint, (J,)."""
+    return np.array([getattr(p, name) for p in joints])
 
 
 def standing_command(frames: Frames) -> FloatArray:

@@ -14,7 +14,8 @@ import mujoco
 import numpy as np
 from mujoco import rollout
 
-from model.values.arrays import BoolArray, FloatArray
+from gap.machines.mujoco.untimed import untimed
+from model.values.arrays import BoolArray, FloatArray, IntArray
 
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 TARGETS, FORCES = mujoco.mjtState.mjSTATE_CTRL, mujoco.mjtState.mjSTATE_QFRC_APPLIED
@@ -58,6 +59,7 @@ class RolloutPool:
         # by the number of actuators, which tells models apart
         self._data: dict[int, list[Any]] = {}
         self._process = self.size = 0
+        self._room: FloatArray = np.empty(0)
 
     def states(self, runs: Sequence[Run], every: int) -> tuple[FloatArray, BoolArray]:
         """Roll runs out that have equally many segments and steps.
@@ -97,9 +99,12 @@ class RolloutPool:
         models = [run.model for run in runs for _ in range(segments)]
         states = self._rolled(models, self._starts(runs), np.concatenate([r.target for r in runs]))
         width = 1 + runs[0].qpos.shape[1] + runs[0].qvel.shape[1]
-        rows = slice(every - 1, None, every)
-        reached = np.where(self._stopped(states)[:, rows, None], np.nan, states[:, rows, 1:width])
-        return np.asarray(reached.reshape(len(runs), segments, *reached.shape[1:]))
+        reached = states[:, every - 1 :: every, :width]
+        stopped = _stopped(reached[:, :, 0], models[0], every * np.arange(1, reached.shape[1] + 1))
+        there = reached[:, :, 1:].reshape(len(runs), segments, reached.shape[1], width - 1)
+        if stopped.any():
+            there[stopped.reshape(there.shape[:3])] = np.nan
+        return there
 
     def _by_frames(self, runs: Sequence[Run], every: int) -> FloatArray:
         """Friction that follows load or speed is set again in every frame."""
@@ -114,7 +119,7 @@ class RolloutPool:
                 more = run.friction(segment, frame, states[at, 1 + nq : 1 + nq + nv])
                 models[at].dof_frictionloss[:] = run.model.dof_frictionloss + more
             there = self._rolled(models, states, target[:, frame * every : (frame + 1) * every])
-            gone = self._stopped(there)[:, -1]
+            gone = _stopped(there[:, -1, 0], models[0], every * (frame + 1))
             states = np.where(gone[:, None], np.nan, there[:, -1])
             reached.append(states[:, 1 : 1 + nq + nv])
             states = np.where(gone[:, None], 0.0, states)
@@ -127,21 +132,28 @@ class RolloutPool:
         packed[:, 1 : 1 + rows.shape[1]] = rows
         return packed
 
-    def _stopped(self, states: FloatArray) -> BoolArray:
-        """Whether MuJoCo has given a run up, (runs, steps): time stands still, or went back."""
-        steps = np.diff(states[:, :, 0], axis=1, prepend=-1.0)
-        stopped: BoolArray = np.logical_or.accumulate(~(steps > 0.0), axis=1)
-        return stopped
-
     def _rolled(self, models: list[Any], first: FloatArray, target: FloatArray) -> FloatArray:
+        """Roll out; the states are overwritten by the next call, (runs, steps, size)."""
         if self._pool is None or self._process != os.getpid():
             self._pool = rollout.Rollout(nthread=self._threads)
             self._data, self._process = {}, os.getpid()
+        wanted = len(models) * target.shape[1] * self.size
+        if self._room.size < wanted:
+            self._room = np.empty(wanted)  # fresh memory for each call would take a twentieth of it
+        room = self._room[:wanted].reshape(len(models), target.shape[1], self.size)
         driven = int(models[0].nu)
         if driven not in self._data:
             self._data[driven] = [mujoco.MjData(models[0]) for _ in range(self._threads)]
-        states, _ = self._pool.rollout(
-            models, self._data[driven], np.ascontiguousarray(first), np.ascontiguousarray(target),
-            nstep=target.shape[1], control_spec=int(TARGETS if driven else FORCES),
-        )  # fmt: skip
+        with untimed():
+            states, _ = self._pool.rollout(
+                models, self._data[driven], np.ascontiguousarray(first), np.ascontiguousarray(target),
+                nstep=target.shape[1], control_spec=int(TARGETS if driven else FORCES), state=room,
+            )  # fmt: skip
         return np.asarray(states)
+
+
+def _stopped(time_s: FloatArray, model: Any, steps: IntArray | int) -> BoolArray:
+    """Whether MuJoCo has given runs up: their time is not that of so many steps."""
+    step_s = float(model.opt.timestep)
+    stopped: BoolArray = ~(np.abs(time_s - step_s * steps) < 0.5 * step_s)
+    return stopped
