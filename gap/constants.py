@@ -90,6 +90,11 @@ HIDDEN_SHARE = Constant(
     "share of the remaining misfit that may hide an alternative, which therefore stays open",
     DEVELOPMENT,
 )
+IN_DOUBT_SHARE = Constant(
+    0.05,
+    "share of what is explained that causes with open alternatives may have in an `explained`",
+    "less than a reader would act on; the causes are listed with their alternatives all the same",
+)
 ACTS = Constant(
     0.1, "share of the largest gain of a channel from which a cause acts in a channel", BY_HAND
 )

@@ -140,7 +140,7 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
     ambiguous = open_rivals(evidence, selection, [own for _, own in shared], fit.nats_after)
     named = named_causes(evidence, selection, [one for one, _ in shared], far, comparison.healthy)
     return _Answer(
-        verdict_of(exists, named, none, bool(ambiguous)),
+        verdict_of(exists, named, none, ambiguous),
         detection,
         named,
         tuple(rival for _, own in shared for rival in own),

@@ -93,6 +93,10 @@ class NamedCause:
         return {joint: tuple(each[joint]) for joint in order}
 
 
+def _names(causes: Sequence[NamedCause]) -> str:
+    return " and ".join(one.words for one in causes)
+
+
 def _sizes(values: Sequence[Value]) -> str:
     return ", ".join(
         f"{v.name} {value_words(v.value, v.error)}" + (" (on its bound)" if v.on_bound else "")
@@ -169,9 +173,9 @@ class Diagnosis:
             shrunk = f"; adding {added} explains {percent_words(far.shrink)} of the gap"
             within = f"{percent_words(far.low)}, {percent_words(far.high)}"
             shrunk += f" [{within}] on {self.held_out}"
-        names = " and ".join(one.words for one in self.causes)
         if self.verdict is Verdict.EXPLAINED:
-            return f"The simulator lacks {names}{shrunk}."
+            return f"The simulator lacks {_names(self.sure)}{shrunk}.{self._perhaps}"
+        names = _names(self.causes)
         if self.verdict is Verdict.AMBIGUOUS:
             return f"The simulator lacks {names}{shrunk}. These runs cannot distinguish {self._open_words}."
         place = f" in the stage {self.where.stage}" if self.where.stage else ""
@@ -180,6 +184,28 @@ class Diagnosis:
         return (
             f"There is a gap{place} that the catalogue does not explain; {names} comes closest"
             f" and explains {percent_words(self.fit.closed)} of it in the fitted runs."
+        )
+
+    @property
+    def in_doubt(self) -> tuple[NamedCause, ...]:
+        """Causes that have open alternatives."""
+        doubted = {one.of for one in self.ambiguous}
+        return tuple(one for one in self.causes if (one.effect, one.joints) in doubted)
+
+    @property
+    def sure(self) -> tuple[NamedCause, ...]:
+        """Causes that have none."""
+        return tuple(one for one in self.causes if one not in self.in_doubt)
+
+    @property
+    def _perhaps(self) -> str:
+        """What an ``explained`` has besides, that explains next to nothing and may be something else."""
+        if not self.in_doubt:
+            return ""
+        share = percent_words(sum(one.shrink for one in self.in_doubt))
+        return (
+            f" Of this, {share} may be {_names(self.in_doubt)}: these runs cannot distinguish "
+            f"{self._open_words}."
         )
 
     @property

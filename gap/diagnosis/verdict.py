@@ -4,7 +4,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from gap.constants import CLEAR_EXCESS, NONE_LIKELY
+from gap.constants import CLEAR_EXCESS, IN_DOUBT_SHARE, NONE_LIKELY
+from gap.diagnosis.ambiguity import OpenRival
 from gap.diagnosis.detection import Detection
 from gap.diagnosis.findings import NamedCause, TrialFaults, Value, Verdict
 from gap.diagnosis.how_far import HowFar
@@ -29,14 +30,23 @@ def gap_exists(evidence: Evidence, detection: Detection | None, selection: Selec
     return bool(np.any(excess > limit))
 
 
-def verdict_of(exists: bool, named: Sequence[NamedCause], none: float, ambiguous: bool) -> Verdict:
-    """Choose among the four; a cause on a bound of its values explains nothing."""
+def verdict_of(
+    exists: bool, named: Sequence[NamedCause], none: float, ambiguous: Sequence[OpenRival]
+) -> Verdict:
+    """Choose among the four; a cause on a bound of its values explains nothing.
+
+    It is not ambiguous for causes that explain next to nothing: the rest is what the simulator lacks.
+    """
     if not exists:
         return Verdict.NO_GAP
     on_bound = any(value.on_bound for one in named for value in one.values)
     if not named or none > NONE_LIKELY or on_bound:
         return Verdict.UNEXPLAINED
-    return Verdict.AMBIGUOUS if ambiguous else Verdict.EXPLAINED
+    doubted = {one.of for one in ambiguous}
+    shares = np.array([one.shrink for one in named])  # NaN where runs are too few to tell
+    theirs = shares[[(one.effect, one.joints) in doubted for one in named]].sum()
+    small = not doubted or theirs <= IN_DOUBT_SHARE * shares.sum()
+    return Verdict.EXPLAINED if small else Verdict.AMBIGUOUS
 
 
 def named_causes(

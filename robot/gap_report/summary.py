@@ -59,8 +59,9 @@ def _to_do(d: Diagnosis) -> list[str]:
     if d.verdict is Verdict.NO_GAP:
         return []
     legged, lines = d.simulator in LEGGED_SIMULATORS, []
-    for one in d.causes:
-        about = "" if len(d.causes) == 1 else f" about {place_words(one.effect, one.joints)}"
+    causes = d.sure if d.verdict is Verdict.EXPLAINED else d.causes
+    for one in causes:
+        about = "" if len(causes) == 1 else f" about {place_words(one.effect, one.joints)}"
         lines.append(f"what to do{about}: {one.remedy}")
     if d.verdict is Verdict.AMBIGUOUS:
         run = "bigant gap next" if legged else NOT_LEGGED

@@ -13,6 +13,7 @@ from gap.diagnosis.detection import Detectable
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.diagnosis.probability import RivalCause
+from gap.diagnosis.verdict import verdict_of
 from gap.experiments.next_run import NextRun
 from gap.machines.servo_bench.simulator import servo_bench
 from record.trial.trial import read_trial
@@ -228,3 +229,24 @@ def test_letters_of_the_map_can_be_read_on_every_colour(
         cell = heat * hot + (1.0 - heat) * np.array(paper)
         letters = np.array(ink if heat <= BLACK_FROM else (0, 0, 0))
         assert contrast(letters, cell) > 4.0, heat
+
+
+@pytest.mark.parametrize(
+    ("share", "verdict", "sentence"),
+    [
+        (0.02, Verdict.EXPLAINED, "Of this, 2% may be encoder_scale at arm"),
+        (0.2, Verdict.AMBIGUOUS, "These runs cannot distinguish encoder_scale at arm from backlash at arm"),
+        (np.nan, Verdict.AMBIGUOUS, "These runs cannot distinguish encoder_scale at arm"),
+    ],
+)  # fmt: skip
+def test_a_cause_that_explains_next_to_nothing_does_not_make_the_whole_ambiguous(
+    two: Diagnosis, share: float, verdict: Verdict, sentence: str
+) -> None:
+    causes = (replace(two.causes[0], shrink=0.9 - share), replace(two.causes[1], shrink=share))
+    doubt = (replace(two.ambiguous[0], of=("encoder_scale", ("arm",))),)
+    assert verdict_of(True, causes, 0.0, doubt) is verdict
+    d = replace(two, verdict=verdict, causes=causes, ambiguous=doubt)
+    assert sentence in d.sentence
+    lines = "\n".join(summary_lines(d, FILES))
+    assert "indistinguishable from encoder_scale at arm: backlash at arm" in lines
+    assert ("what to do about encoder_scale at arm:" in lines) == (verdict is Verdict.AMBIGUOUS)
