@@ -14,7 +14,7 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from benchmarks.real_figures import draw_arm, draw_cube, draw_rig
 from gap.rounding import value_words
@@ -23,6 +23,7 @@ from robot.report.moving import library
 from robot.report.page import with_shared_library
 
 ARM = ("Rotation", "Pitch", "Elbow", "Wrist_Pitch", "Wrist_Roll")
+PUBLISHED_COUNTS = 14.78
 COUNT_RAD = 2 * math.pi / 4096
 DECOYS = (
     "command_delay", "servo_lag", "encoder_offset", "encoder_scale",
@@ -34,6 +35,15 @@ LIBRARY = "bokeh.min.js"
 PAGES = Path(__file__).resolve().parents[1] / "docs" / "real"
 BEGIN, END = "<!-- made: {} -->", "<!-- end: {} -->"
 Found = dict[str, Any]
+
+
+class Bar(NamedTuple):
+    """What should come out of a set, what did, and whether that is enough."""
+
+    of: str
+    aim: str
+    measured: str
+    met: bool
 
 
 def sources(folder: Path) -> tuple[tuple[str, list[str]], ...]:
@@ -121,7 +131,7 @@ def put(page: Path, name: str, text: str) -> None:
     page.write_text(made, encoding="utf-8")
 
 
-def arm(folder: Path, out: Path, pages: Path) -> None:
+def arm(folder: Path, out: Path, pages: Path) -> list[Bar]:
     """Diagnose the arm joint by joint."""
     trials = bring_in(folder, "so101", out)
     rows, decoys, credit, drawn = [], [], [], []
@@ -150,6 +160,9 @@ def arm(folder: Path, out: Path, pages: Path) -> None:
     put(pages / "so101.md", "decoys", table(heads, decoys))
     put(pages / "so101.md", "credit", table(("joint", "command_delay", "servo_lag"), credit))
     draw_arm(drawn, DECOYS, pages / "so101.png")
+    least, most = (float(pick(cuts[-1] for _, cuts in drawn)) for pick in (min, max))
+    measured = f"{least:.0%} to {most:.0%}"
+    return [Bar("[SO-101](so101.md)", "RMS cut by 82 % or more", measured, least >= 0.815)]
 
 
 def _credit(cause: Found | None) -> str:
@@ -162,7 +175,7 @@ def _credit(cause: Found | None) -> str:
     )
 
 
-def rig(folder: Path, out: Path, pages: Path) -> None:
+def rig(folder: Path, out: Path, pages: Path) -> list[Bar]:
     """Diagnose the held servo."""
     print("backlash rig", flush=True)
     trials = bring_in(folder, "servo_backlash", out)
@@ -181,6 +194,9 @@ def rig(folder: Path, out: Path, pages: Path) -> None:
     heads = ("", "size", "RMS before, counts", "after", "cut")
     put(pages / "backlash.md", "diagnosis", table(heads, rows))
     draw_rig(Path(trials[0]), cause["parameters"]["width_rad"], pages / "backlash.png")
+    measured = f"{width:.2f} +- {error:.2f} counts"
+    near = abs(width - PUBLISHED_COUNTS) <= 1.0
+    return [Bar("[backlash rig](backlash.md)", "play of 14.78 +- 1 counts", measured, near)]
 
 
 def _in_counts(shaft: Found) -> list[str]:
@@ -189,7 +205,7 @@ def _in_counts(shaft: Found) -> list[str]:
     return [*spans, f"{1 - shaft['after'] / shaft['before']:.0%}"]
 
 
-def cube(folder: Path, out: Path, pages: Path) -> None:
+def cube(folder: Path, out: Path, pages: Path) -> list[Bar]:
     """Diagnose the sliding cube."""
     print("cube", flush=True)
     trials = bring_in(folder, "sliding_cube", out)
@@ -213,6 +229,8 @@ def cube(folder: Path, out: Path, pages: Path) -> None:
     put(pages / "cube.md", "decoys", table(heads, decoys))
     values = {k: v for one in found["causes"] for k, v in one["parameters"].items()}
     draw_cube([Path(one) for one in trials], values, pages / "cube.png")
+    first = found["causes"][0]["effect"]
+    return [Bar("[cube](cube.md)", "Coulomb friction first", first, first == "coulomb_friction")]
 
 
 def main() -> None:
@@ -220,12 +238,19 @@ def main() -> None:
     place = os.environ.get("BIGANT_SHARED_DATA", "")
     if not place:
         sys.exit("set BIGANT_SHARED_DATA to the folder of the data sets")
-    from benchmarks.real_xl330 import pendulum  # which uses what is here
+    from benchmarks.real_go2 import quadruped  # which use what is here
+    from benchmarks.real_xl330 import pendulum
 
-    ways = {"arm": arm, "rig": rig, "cube": cube, "xl330": pendulum}
+    ways = {"arm": arm, "rig": rig, "cube": cube, "xl330": pendulum, "go2": quadruped}
+    bars: list[Bar] = []
     with tempfile.TemporaryDirectory(prefix="real-") as folder:
         for name in sys.argv[1:] or ways:
-            ways[name](Path(place), Path(folder), PAGES)
+            bars += ways[name](Path(place), Path(folder), PAGES)
+    rows = [[one.of, one.aim, one.measured, "yes" if one.met else "**no**"] for one in bars]
+    made = table(("set", "aim", "measured", "met"), rows)
+    print(made)
+    if not sys.argv[1:]:
+        put(PAGES / "README.md", "bars", made)
 
 
 if __name__ == "__main__":

@@ -104,7 +104,7 @@ def diagnose(
     machine: Machine | None = None,
     hold_out: str | Sequence[str] = (),
     effects: str | Path | None = None,
-    jobs: int = 1,
+    jobs: int | str = 1,
     progress: Callable[[str, float], None] = silent,
 ) -> GapReport:
     """Diagnose where the simulator differs from measured runs, why, and how much of it is explained.
@@ -119,12 +119,13 @@ def diagnose(
             or ``last-third`` of every run. Without it they are chosen evenly.
         effects: A Python file of effects of your own.
         jobs: Processes. Above 1 a script needs ``if __name__ == "__main__":``, and a machine made by a
-            function one that can be imported.
+            function one that can be imported. Or the scheduler of a Dask cluster, ``tcp://HOST:PORT``.
         progress: Gets what is being done, and the share of the whole that is done, 0 to 1.
 
     Raises:
         RecordError: A run cannot be read.
         GapError: They are of different machines, or cannot be compared with a simulator.
+        ConfigError: No cluster answers.
     """
     own, healthy = _listed(runs), _listed(references)
     everything = [_trial(one) for one in (*own, *healthy)]
@@ -142,7 +143,8 @@ def diagnose(
         reference=files[count:],
         robot=read.robot,
         effects=None if effects is None else Path(effects),
-        jobs=jobs,
+        jobs=1 if isinstance(jobs, str) else jobs,
+        dask=jobs if isinstance(jobs, str) else None,
     )
     simulator = simulator_of(read, request)
     return GapReport(diagnosis_of(read, simulator, request, progress), read, files)

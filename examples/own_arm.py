@@ -63,5 +63,5 @@ if __name__ == "__main__":
     Path("arm_map.toml").write_text(MAP, encoding="utf-8")
     Path("arm_log.csv").write_text("\n".join(log_of_the_real_arm()) + "\n", encoding="utf-8")
     cli.run(["import", "arm_log.csv", "--map", "arm_map.toml", "--out", "arm.parquet"])
-    cli.run(["gap", "diagnose", "arm.parquet", "--json", "arm.json"])
+    cli.run(["gap", "diagnose", "arm.parquet", "--json", "arm.json", "--html", "arm.html"])
     cli.run(["gap", "apply", "arm.json", "--out", "arm_corrected.xml"])

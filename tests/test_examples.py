@@ -19,6 +19,7 @@ SAID = {
     "own_robot.py": "Octopod: 8 legs",
     "replay_test.py": "NOT EQUAL",
 }
+WRITES = {"own_arm.py": ("arm.html", "arm_corrected.xml")}
 QUICK = {"drive.py", "own_effect.py"}
 # Effects for --effects, a gait for --gait, walks and data for tests/robot/odometry, and pictures of named
 # systems, which tests/robot/study/test_model_run.py draws.
@@ -40,6 +41,7 @@ def test_an_example_runs(name: str, tmp_path: Path) -> None:
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert SAID[name] in done.stdout
+    assert all((tmp_path / file).is_file() for file in WRITES.get(name, ()))
 
 
 def test_the_lab_s_own_effect_is_the_one_of_the_page(capsys: pytest.CaptureFixture[str]) -> None:

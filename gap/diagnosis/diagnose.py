@@ -21,6 +21,7 @@ from gap.diagnosis.where import where
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
 from gap.interfaces import Cause, Drive, Proposal, Simulator
+from gap.residuals.cluster import ClusterPredictions
 from gap.residuals.energies import chance_of_energies
 from gap.search.candidates import Candidate
 from gap.search.cross_validation import unseen_residual
@@ -44,7 +45,7 @@ def diagnose(
     trials: Sequence[Trial],
     simulator: Simulator,
     references: Sequence[Trial] = (),
-    executor: Executor | None = None,
+    executor: Executor | ClusterPredictions | None = None,
     progress: Progress = silent,
     seed: int = 0,
     proposer: Proposer | None = None,
@@ -55,8 +56,8 @@ def diagnose(
         trials: Measured runs.
         simulator: The simulator under diagnosis.
         references: Runs of the same machine assumed healthy; what they show is subtracted.
-        executor: Made by ``gap.residuals.predictions.prediction_pool`` with the same trials; None uses this
-            process.
+        executor: Made by ``gap.residuals.predictions.prediction_pool`` with the same trials, or a cluster;
+            None uses this process.
         progress: Gets what is being done, and the share of the whole that is done.
         seed: Of every random draw; the same seed gives the same diagnosis.
         proposer: Makes the runs among which the next one is chosen.

@@ -17,6 +17,8 @@ from gap.experiments.next_run import NextRun
 from gap.interfaces import Cause, DataFault, place_words
 from gap.rounding import percent_words, value_words
 
+JOINTS_SHOWN = 3  # of a cause at every joint, in a sentence
+
 
 class Verdict(Enum):
     """The four answers."""
@@ -75,10 +77,13 @@ class NamedCause:
 
     @property
     def words(self) -> str:
-        """Name the cause with its place and size; of all joints at once, with its size at each."""
+        """Name the cause with its place and size; of all joints at once, with the largest sizes."""
         sizes = _sizes(self.values)
         if each := self.by_joint:
-            sizes = "; ".join(f"{joint}: {_sizes(own)}" for joint, own in each.items())
+            shown = list(each.items())[:JOINTS_SHOWN]
+            sizes = "; ".join(f"{joint}: {_sizes(own)}" for joint, own in shown)
+            if more := len(each) - len(shown):
+                sizes += f"; and {more} more joint{'s' if more > 1 else ''}"
         return place_words(self.effect, self.joints) + (f" ({sizes})" if sizes else "")
 
     @property

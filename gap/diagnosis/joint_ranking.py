@@ -1,6 +1,6 @@
 """Where among the joints the gap lies: each joint's part of it, the largest first."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,9 @@ class JointGap:
     """One joint.
 
     Attributes:
-        share: Its energy above expectation over that of all joints, fed what was measured, 0 to 1.
+        share: Its energy above expectation over that of all joints, fed what was measured, 0 to 1. Where no
+            references say what is expected, a part of each joint's own misfit is, and all joints would have
+            equal shares: then its squares in ``channel`` over those of all joints that show a gap.
         channel: The channel in which the joints differ most, the same for all.
         rms: Measured minus predicted of that channel end to end, in its unit; NaN if not compared.
     """
@@ -55,4 +57,8 @@ def rank_joints(local: Evidence, end_to_end: Evidence, above: FloatArray) -> tup
         at = [i for i, c in enumerate(channels) if (c.joint, c.name) == (joint, shown)]
         size, unit = (float(raw[at[0]]), channels[at[0]].unit) if at else (np.nan, "")
         ranked.append(JointGap(joint, own / total, shown, size, unit))
+    if local.floor.source != "references" and all(np.isfinite(one.rms) for one in ranked):
+        squares = [one.rms**2 if one.share > 0.0 else 0.0 for one in ranked]
+        total = max(sum(squares), 1e-300)
+        ranked = [replace(one, share=s / total) for one, s in zip(ranked, squares, strict=True)]
     return tuple(sorted(ranked, key=lambda one: (-one.share, -np.nan_to_num(one.rms))))

@@ -13,6 +13,7 @@ import numpy as np
 
 from gap.constants import ASSUMED_MISFIT, MOST_INFLATION
 from gap.interfaces import Cause, Drive, Simulator
+from gap.residuals.cluster import ClusterPredictions
 from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
 from gap.residuals.floor import Floor, make_floor, rms
 from gap.residuals.healthy import Healthy, healthy_runs
@@ -129,7 +130,7 @@ def make_study(
     trials: Sequence[Trial],
     simulator: Simulator,
     references: Sequence[Trial] = (),
-    executor: Executor | None = None,
+    executor: Executor | ClusterPredictions | None = None,
     hold_out: HoldOut | None = None,
 ) -> Study:
     """Observe trials and references, and hold some of the trials out; arguments as of ``diagnose``.

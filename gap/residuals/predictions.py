@@ -14,6 +14,7 @@ import numpy as np
 
 from gap.delegate import many_of
 from gap.interfaces import Cause, Drive, Effect, Simulator
+from gap.residuals.cluster import ClusterPredictions
 from gap.worker_pool import worker_pool
 from model.errors import GapError
 from model.values.arrays import FloatArray
@@ -59,7 +60,7 @@ class Predictor:
     Args:
         simulator: The simulator.
         trials: Trials and then references, in the order of ``prediction_pool``.
-        executor: Made by ``prediction_pool``; None predicts here.
+        executor: Made by ``prediction_pool``, or a cluster; None predicts here.
         standing: Causes that every prediction has.
     """
 
@@ -67,7 +68,7 @@ class Predictor:
         self,
         simulator: Simulator,
         trials: Sequence[Trial],
-        executor: Executor | None = None,
+        executor: Executor | ClusterPredictions | None = None,
         standing: tuple[Cause, ...] = (),
     ) -> None:
         self.simulator, self.trials, self.standing = simulator, tuple(trials), standing
@@ -84,9 +85,11 @@ class Predictor:
         fresh = list(dict.fromkeys(one for one in requests if one not in self._known))
         whole = [replace(one, causes=(*self.standing, *one.causes)) for one in fresh]
         many = many_of(self.simulator)
-        if many is not None:
+        if isinstance(self._executor, ClusterPredictions) and len(whole) > 1:
+            predicted = self._executor.predict(whole)
+        elif many is not None:
             predicted = many([(self.trials[w.trial], w.causes, w.drive) for w in whole])
-        elif self._executor is None or len(fresh) == 1:
+        elif not isinstance(self._executor, Executor) or len(fresh) == 1:
             predicted = [
                 self.simulator.predict(self.trials[w.trial], w.causes, w.drive) for w in whole
             ]

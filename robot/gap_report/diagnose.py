@@ -1,9 +1,12 @@
 """``bigant gap diagnose``: where a simulator differs from measured runs, why, how far it shrinks."""
 
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
+from warnings import catch_warnings, simplefilter
 
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.coverage import blind_spots
@@ -11,10 +14,13 @@ from gap.diagnosis.diagnose import Progress, Proposer, diagnose_study, silent
 from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.diagnosis.study import make_study
 from gap.interfaces import Simulator
+from gap.residuals.cluster import ClusterPredictions, Installation
 from gap.residuals.predictions import prediction_pool
 from model.errors import ConfigError, GapError
 from record.trial.header import LEGGED
+from record.trial.trial import Trial
 from record.whole_file import check_room, write_text
+from robot.console.cluster import cluster_client
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import check_json, give_json, to_stdout
 from robot.console.progress import ProgressBar
@@ -40,6 +46,11 @@ def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
     """
     check_json(request.json)
     check_room(request.html, "--html", ".html")
+    if request.dask is not None and (request.alone or request.sim == MUJOCO):
+        words = (
+            "spreads the search of a diagnosis; it goes neither with --alone nor with --sim mujoco"
+        )
+        raise ConfigError("--dask", words)
     if request.alone:
         return fit_alone(request)
     if request.effect:
@@ -125,10 +136,8 @@ def diagnosis_of(
     Raises:
         GapError: The trials cannot be compared with the simulator.
     """
-    trials, references, jobs = runs.trials, runs.references, request.jobs
-    pool = nullcontext() if jobs == 1 else prediction_pool(simulator, trials, references, jobs)
-    with pool as executor:
-        study = make_study(trials, simulator, references, executor, runs.hold_out)
+    with _elsewhere(runs, simulator, request) as executor:
+        study = make_study(runs.trials, simulator, runs.references, executor, runs.hold_out)
         progress("baseline model errors", 0.02)
         own = request.sim == MUJOCO or request.effects is not None  # more than runs and program
         standing, kept = baseline_of(study, "" if own else runs.kind.name, fresh=request.fresh)
@@ -137,6 +146,33 @@ def diagnosis_of(
         return diagnose_study(
             study, progress, request.seed, _proposer(runs, simulator), standing=standing
         )
+
+
+@contextmanager
+def _elsewhere(
+    runs: Runs, simulator: Simulator, request: GapDiagnoseRequest
+) -> Iterator[Executor | ClusterPredictions | None]:
+    """Yield where predictions are made: processes of this machine, a cluster, or None for this process."""
+    if request.dask is not None:
+        with cluster_client(request.dask) as client, client.get_executor() as executor:
+            with catch_warnings():
+                simplefilter("ignore")  # that runs are large: they are sent once
+                # a task, not scattered data: made again where the worker that had it is lost
+                made = partial(_installed, runs, request)
+                installed = client.submit(Installation, made, pure=False)
+            yield ClusterPredictions(
+                executor, installed, lambda: len(client.scheduler_info(-1)["workers"])
+            )
+    elif request.jobs == 1:
+        yield None
+    else:
+        with prediction_pool(simulator, runs.trials, runs.references, request.jobs) as pool:
+            yield pool
+
+
+def _installed(runs: Runs, request: GapDiagnoseRequest) -> tuple[Simulator, tuple[Trial, ...]]:
+    """Make, on a worker, what this process has."""
+    return simulator_of(runs, request), (*runs.trials, *runs.references)
 
 
 def simulator_of(runs: Runs, request: GapDiagnoseRequest) -> Simulator:

@@ -16,6 +16,7 @@ from gap.interfaces import place_words
 from gap.rounding import percent_words, value_words
 from robot.gap_report.page_map import gap_maps, stage_bars, stage_rows
 from robot.gap_report.words import (
+    BOUND,
     ENOUGH,
     HEADLINES,
     LEGGED_SIMULATORS,
@@ -25,6 +26,7 @@ from robot.gap_report.words import (
     file_words,
     headline,
     held_out_words,
+    joint_sizes,
     judged_by_parts,
     likely_rivals,
     pair_words,
@@ -148,13 +150,15 @@ def _facts(d: Diagnosis) -> list[tuple[str, str]]:
 
 def _card(one: NamedCause) -> dict[str, object]:
     """A cause: its numbers, what is done about it, and what speaks for it."""
+    head, rows = joint_sizes(one)
+    numbers = [
+        (value_words(v.value, v.error, v.unit), v.name + BOUND * v.on_bound) for v in one.values
+    ]
     return {
         "sure": f"{one.probability:.0%}",
         "place": place_words(one.effect, one.joints),
-        "numbers": [
-            (value_words(v.value, v.error, v.unit), v.name + " (on its bound)" * v.on_bound)
-            for v in one.values
-        ],
+        "numbers": () if rows else numbers,
+        "joints": (head, rows),
         "physics": one.physics,
         "remedy": one.remedy,
         "evidence": (

@@ -17,6 +17,7 @@ from robot.gap_report.words import (
     fault_groups,
     few,
     held_out_words,
+    joint_sizes,
     pair_words,
     size_words,
     stage_note,
@@ -124,7 +125,9 @@ def _causes(d: Diagnosis) -> list[str]:
         return ["which: no effect of the catalogue reduces it"]
     lines = ["which:"]
     for number, one in enumerate(d.causes, 1):
-        lines.append(f"  {number}. {one.words}")
+        head, rows = joint_sizes(one)
+        lines.append(f"  {number}. {place_words(one.effect, one.joints) if rows else one.words}")
+        lines += table_lines([Column(name) for name in head], rows, "     ") if rows else []
         lines.append(f"     probability {one.probability:.2f}, stage {one.stage}{_share(one)}")
         lines.append(f"     {one.physics}")
     for rival in d.ambiguous:

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gap.diagnosis.detection import Detectable
-from gap.diagnosis.findings import Diagnosis, TrialFaults, Verdict
+from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.probability import RivalCause
 from gap.experiments.next_run import NextRun
 from gap.interfaces import Cause, DataFault, Effect, place_words
-from gap.rounding import fixed, percent_words
+from gap.rounding import fixed, percent_words, value_words
 from gap.search.fit import ENOUGH_SEPARATION
 from model.parameters.toml_table import parse_toml
 from record.trial.header import SERVO_BENCH
@@ -38,12 +38,14 @@ CHANNELS = (
     Column(""), Column("", ".3g"), Column(""), Column("", ".3g"), Column(""), Column(""),
     Column("", ".3g"),
 )  # fmt: skip
+BOUND = " (on its bound)"
 ENOUGH = f"{ENOUGH_SEPARATION:.0f}"
 
 
 def headline(d: Diagnosis) -> str:
     """Verdict and causes in few words."""
-    places = [place_words(one.effect, one.joints) for one in d.causes]
+    causes = d.sure if d.verdict is Verdict.EXPLAINED else d.causes
+    places = [place_words(one.effect, one.joints) for one in causes]
     names = few(places, SHOWN_CAUSES, " and ")
     named = names and d.verdict in {Verdict.EXPLAINED, Verdict.AMBIGUOUS}
     return f"{HEADLINES[d.verdict]}: {names}" if named else HEADLINES[d.verdict]
@@ -66,6 +68,17 @@ def stage_note(d: Diagnosis) -> str:
     if apart:
         notes.append(f"{'; '.join(apart)}: {WHY_APART}")
     return "; ".join(notes)
+
+
+def joint_sizes(one: NamedCause) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of a table of a cause at every joint, the largest first; no rows for another cause."""
+    each = one.by_joint
+    names = [f"{v.name} [{v.unit}]" if v.unit else v.name for v in next(iter(each.values()), ())]
+    rows = [
+        [joint, *(value_words(v.value, v.error) + BOUND * v.on_bound for v in values)]
+        for joint, values in each.items()
+    ]
+    return ["joint", *names], rows
 
 
 def size_words(one: Detectable) -> str:
@@ -119,7 +132,8 @@ def changed_channels(far: HowFar, most: int) -> list[str]:
 def machine_words(trial: Trial) -> str:
     """Name the machine of a trial, with its joints where each is a machine of its own."""
     header = trial.header
-    name = parse_toml(header.robot_text, header.robot_file).get("name")
+    toml = header.robot_text if Path(header.robot_file).suffix == ".toml" else ""  # not an MJCF
+    name = parse_toml(toml, header.robot_file).get("name")
     known = name if isinstance(name, str) else Path(header.robot_file).stem
     machine = known or header.kind.replace("_", " ")
     if header.kind != SERVO_BENCH:

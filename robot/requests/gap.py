@@ -108,6 +108,10 @@ class GapDiagnoseRequest:
     jobs: int = option(
         "processes (default: one a core, up to 4)", "N", default=CORES, type=between(1, whole=True)
     )
+    dask: str | None = option(
+        "scheduler of a Dask cluster that makes the predictions; its workers have this version installed",
+        "tcp://HOST:PORT",
+    )
     seed: int = random_seed("seed of random draws")
     fresh: bool = flag(
         "search the references for baseline model errors again; without it those found before for the same "

@@ -57,7 +57,8 @@ def test_friction_of_all_joints_is_one_cause_with_its_size_at_each() -> None:
     assert {one.joint for one in ranked} == set(SIZES)
     assert ranked[-1].joint == "hip"
     assert sum(one.share for one in ranked) == pytest.approx(1.0)
-    assert ranked[0].rms > ranked[-1].rms
+    assert [one.rms for one in ranked] == sorted((one.rms for one in ranked), reverse=True)
+    assert ranked[0].share > 2.0 * ranked[-1].share, "not each its own misfit's part"
 
 
 def test_a_cause_of_every_joint_is_those_of_each() -> None:

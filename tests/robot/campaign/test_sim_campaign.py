@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from robot.campaign import executor
 from robot.cli.main import run as command
+from robot.console import cluster as dask_cluster
 from tests.robot.scenarios import ONE, write_scenario
 
 
@@ -112,7 +112,7 @@ def test_no_cluster_there_is_said(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     pytest.importorskip("distributed", reason="pip install -e '.[dask]'")
-    monkeypatch.setattr(executor, "CONNECT_S", 0.2)
+    monkeypatch.setattr(dask_cluster, "CONNECT_S", 0.2)
     line = ["campaign", "make", str(scenario_file), "--out", str(tmp_path / "out")]
     assert command([*line, "--dask", "tcp://127.0.0.1:9"]) != 0
     assert "nothing answers at tcp://127.0.0.1:9" in capsys.readouterr().err
