@@ -152,7 +152,7 @@ class Without(Delegate):
 
     def __init__(self, whole: Simulator, missing: Sequence[str]) -> None:
         super().__init__(whole)
-        self.effects = tuple(effect for effect in whole.effects if effect.name not in missing)
+        self.effects = tuple(effect for effect in whole.effects if effect.family not in missing)
 
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
         """Predict as the whole simulator does.

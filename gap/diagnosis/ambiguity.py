@@ -67,7 +67,7 @@ def open_rivals(
     ``left_nats`` is what the causes leave beyond what a healthy machine does.
     """
     alternatives: list[OpenRival] = []
-    named = {step.chosen.added.key for step in selection.steps}
+    named = {step.chosen.added.family for step in selection.steps}
     for number, (step, known) in enumerate(zip(selection.steps, rivals, strict=True)):
         chosen = step.chosen.fitted
         weights = evidence.weights(chosen.residual)
@@ -75,7 +75,7 @@ def open_rivals(
             # not the other way round: a cause of any size imitates an alternative that does nothing
             OpenRival(**asdict(one), separation=separation(chosen, option.fitted, weights))
             for option, one in zip(step.rivals, known, strict=True)
-            if option.added.key not in named  # what is named itself does not stand in its place
+            if option.added.family not in named  # what is named itself does not stand in its place
         ]
         left_open = [
             one
@@ -99,7 +99,8 @@ def _alike(number: int, step: Step, own: Sequence[OpenRival]) -> Iterator[OpenRi
     fitted = {_key(one): one for one in own}
     nothing = (np.nan, np.nan, np.nan)
     for name in effect.alike:
-        unknown = OpenRival(number, name, joints, *nothing, step.chosen.added.key, np.nan)
+        of = step.chosen.added.family
+        unknown = OpenRival(number, name, joints, *nothing, of, name, separation=np.nan)
         yield replace(fitted.get((name, joints), unknown), tells=effect.tells)
 
 

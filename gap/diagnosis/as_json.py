@@ -61,6 +61,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
 def _cause(one: NamedCause) -> dict[str, Any]:
     return {
         "effect": one.effect,
+        "form": one.form,
         "legs": list(one.joints),
         "stage": one.stage,
         "parameters": {value.name: value.value for value in one.values},

@@ -34,16 +34,16 @@ def baselines(evidence: Evidence, signatures: Signatures) -> tuple[Baseline, ...
 
 
 def _keys(each: Sequence[Gain]) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    return tuple(one.signature.candidate.key for one in each)
+    return tuple(one.signature.candidate.family for one in each)
 
 
 def _greedy(evidence: Evidence, signatures: Signatures) -> list[Gain]:
     residual, ones = evidence.base, np.ones(evidence.base.shape)
     chosen: list[Gain] = []
     while len(chosen) < MOST:
-        taken = {one.signature.candidate.key for one in chosen}
+        taken = {one.signature.candidate.family for one in chosen}
         ranked = gains(signatures, residual, ones)
-        ranked = [one for one in ranked if one.signature.candidate.key not in taken]
+        ranked = [one for one in ranked if one.signature.candidate.family not in taken]
         if not ranked or ranked[0].nats < GREEDY_NATS:
             break
         best = ranked[0]
@@ -69,7 +69,7 @@ def _all_at_once(
 ) -> tuple[tuple[str, tuple[str, ...]], ...]:
     smooth = [one for one in signatures.each if one.offset < 0 and one.rows]
     rows = [row for one in smooth for row in one.rows]
-    owners = [one.candidate.key for one in smooth for _ in one.rows]
+    owners = [one.candidate.family for one in smooth for _ in one.rows]
     if not rows:
         return ()
     matrix = signatures.matrix[rows].astype(np.float64)

@@ -220,7 +220,7 @@ def _next_runs(
     sets = [named]
     trials = study.trials[:2]
     for one in rivals:
-        rival, of = Candidate(effects[one.effect], one.joints), len(standing) + one.cause
+        rival, of = Candidate(effects[one.form], one.joints), len(standing) + one.cause
         sets.append(imitate(simulator, trials, named, of, rival, floor))
     return next_runs(
         proposals, simulator, sets, floor,

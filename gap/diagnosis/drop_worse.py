@@ -13,6 +13,7 @@ from gap.constants import HELD_OUT_ADDS
 from gap.diagnosis.gap_evidence import GapEvidence
 from gap.diagnosis.how_far import HowFar, how_far
 from gap.interfaces import Drive
+from gap.search.candidates import families_of
 from gap.search.cross_validation import CLEAR_ERRORS, advantage, unseen_score
 from gap.search.fit import fit_causes
 from gap.search.look import Selection, Step
@@ -90,9 +91,9 @@ def _changed(comparison: GapEvidence, selection: Selection) -> Iterator[Selectio
     for at, step in enumerate(selection.steps):
         yield _left_out(comparison, selection, at)
         causes = selection.fitted.causes
-        taken = {one.key for one in causes}
+        taken = families_of(causes, comparison.evidence.effects)
         for rival in step.rivals[:RIVALS]:
-            if rival.added.key in taken:
+            if rival.added.family in taken:
                 continue
             start = (*causes[:at], rival.cause, *causes[at + 1 :])
             option = fit_option(comparison.evidence, rival.added, start, selection.unseen)

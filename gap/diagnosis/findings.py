@@ -54,7 +54,9 @@ class NamedCause:
     """A cause that was found.
 
     Attributes:
+        effect: Its name; of all its forms the same.
         joints: Where; empty for the whole machine.
+        form: Name in the catalogue: ``effect``, or the one of its forms that fits best.
         nats: How much better held-out blocks are predicted with it.
         shrink: Its part of what the causes close together on held-out trials; NaN if not measured.
         alone: What it closes by itself.
@@ -74,6 +76,17 @@ class NamedCause:
     last: float
     physics: str
     remedy: str
+    form: str
+
+    @property
+    def form_words(self) -> str:
+        """Say which form it is of, if not the one that it is named after."""
+        return self.form.removeprefix(self.effect).replace("_", " ").strip()
+
+    @property
+    def cause(self) -> Cause:
+        """Return it as a simulator takes it."""
+        return Cause(self.form, self.joints, tuple(one.value for one in self.values))
 
     @property
     def words(self) -> str:
@@ -84,6 +97,7 @@ class NamedCause:
             sizes = "; ".join(f"{joint}: {_sizes(own)}" for joint, own in shown)
             if more := len(each) - len(shown):
                 sizes += f"; and {more} more joint{'s' if more > 1 else ''}"
+        sizes = ", ".join(filter(None, (self.form_words, sizes)))
         return place_words(self.effect, self.joints) + (f" ({sizes})" if sizes else "")
 
     @property

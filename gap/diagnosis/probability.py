@@ -6,7 +6,7 @@ for none of them.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from gap.constants import (
     ERROR_SHARE,
@@ -21,8 +21,9 @@ from gap.constants import (
     SURELY_ODD,
     TEMPERATURE,
 )
-from gap.search.cross_validation import advantage
+from gap.search.cross_validation import Advantage, advantage
 from gap.search.look import Selection
+from gap.search.options import Option
 from model.values.arrays import IntArray
 
 
@@ -35,6 +36,7 @@ class RivalCause:
         probability: That it is this one instead.
         behind: Nats by which it predicts held-out blocks worse.
         of: Effect and joints of the cause it was an alternative to.
+        form: Name in the catalogue: ``effect``, or the one of its forms that fits best.
     """
 
     cause: int
@@ -44,6 +46,7 @@ class RivalCause:
     behind: float
     behind_error: float
     of: tuple[str, tuple[str, ...]]
+    form: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +115,7 @@ def chances(
     """
     out = []
     for i, step in enumerate(selection.steps):
-        behinds = [advantage(step.chosen.unseen, one.unseen, strata) for one in step.rivals]
+        behinds = [_behind(one, step.chosen, strata) for one in step.rivals]
         weights, alike = [], step.chosen.added.effect.alike
         fitted = {one.added.effect.name for one in step.rivals}
         unfitted = sum(name not in fitted for name in alike)
@@ -124,10 +127,24 @@ def chances(
             scale += MISFIT_SHARE * left_nats
             weights.append(math.exp(-max(min(behind.nats / scale, 700.0), 0.0)))
         share = (1.0 - none) / (1.0 + sum(weights) + unfitted)
-        of = step.chosen.added.key
+        of = step.chosen.added.family
         rivals = tuple(
-            RivalCause(i, *one.added.key, share * weight, behind.nats, behind.error, of)
+            RivalCause(
+                i,
+                *one.added.family,
+                share * weight,
+                behind.nats,
+                behind.error,
+                of,
+                one.added.effect.name,
+            )
             for one, weight, behind in zip(step.rivals, weights, behinds, strict=True)
         )
         out.append((share, rivals))
     return tuple(out)
+
+
+def _behind(rival: Option, chosen: Option, strata: IntArray) -> Advantage:
+    """How much better the chosen one predicts than an alternative, each minus the price of its forms."""
+    ahead = advantage(chosen.unseen, rival.unseen, strata)
+    return replace(ahead, nats=ahead.nats + rival.added.price - chosen.added.price)

@@ -68,7 +68,7 @@ def named_causes(
         size = len(effect.parameters)
         causes.append(
             NamedCause(
-                effect=cause.effect,
+                effect=effect.family,
                 joints=cause.joints,
                 stage=effect.stage,
                 values=_values(effect, cause, errors[at : at + size]),
@@ -80,6 +80,7 @@ def named_causes(
                 last=far.last[i],
                 physics=effect.physics,
                 remedy=effect.remedy,
+                form=effect.name,
             )
         )
         at += size

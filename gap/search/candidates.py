@@ -6,6 +6,7 @@ limit that is not reached, a law without a size) the fit begins at several value
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -19,20 +20,36 @@ QUANTILES = (0.15, 0.35, 0.55, 0.75)
 WIDE = 6.0  # spreads
 APART_M = 0.05  # places from which a fit may find an edge
 MOST_PLACES = 24
+Family = tuple[str, tuple[str, ...]]
 LOG_RANGE = 20.0  # a range wider than this from a positive end is walked by ratios
 
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """An effect at a joint, or at none: on the whole machine."""
+    """An effect at a joint, or at none: on the whole machine.
+
+    Attributes:
+        forms: How many effects of the catalogue are forms of its cause, which are tried as one.
+    """
 
     effect: Effect
     joints: tuple[str, ...]
+    forms: int = 1
 
     @property
     def key(self) -> tuple[str, tuple[str, ...]]:
         """Its name and place: no other candidate has both."""
         return (self.effect.name, self.joints)
+
+    @property
+    def family(self) -> Family:
+        """Name of its cause, whatever the form, and place: what a report names."""
+        return (self.effect.family, self.joints)
+
+    @property
+    def price(self) -> float:
+        """Log likelihood that having tried several forms of one cause costs [nats]."""
+        return math.log(self.forms)
 
     def cause(self, values: Sequence[float]) -> Cause:
         """Return it as a cause with these values."""
@@ -51,14 +68,20 @@ def candidates_of(simulator: Simulator, standing: Sequence[Cause] = ()) -> tuple
     """
     there = {cause.effect for cause in standing if not cause.values}
     listed = []
+    forms = Counter(effect.family for effect in simulator.effects)
     for effect in sorted(simulator.effects, key=lambda one: one.name):
         if effect.name in there:
             continue
-        if Scope.ALL in effect.scopes:
-            listed.append(Candidate(effect, ()))
+        places: list[tuple[str, ...]] = [()] if Scope.ALL in effect.scopes else []
         if Scope.JOINT in effect.scopes:
-            listed += [Candidate(effect, (joint,)) for joint in places_for(effect, simulator)]
+            places += [(joint,) for joint in places_for(effect, simulator)]
+        listed += [Candidate(effect, place, forms[effect.family]) for place in places]
     return tuple(listed)
+
+
+def families_of(causes: Sequence[Cause], effects: Mapping[str, Effect]) -> set[Family]:
+    """Return name and place of causes, whatever their form."""
+    return {(effects[cause.effect].family, cause.joints) for cause in causes}
 
 
 def step_of(parameter: Parameter, value: float, share: float) -> float:

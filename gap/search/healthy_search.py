@@ -42,7 +42,7 @@ class HealthySearch:
     """What the search finds in healthy runs.
 
     Attributes:
-        candidates: How many were tried.
+        candidates: How many were tried, all forms of a cause as one.
         chances: Of the best in each reference, among all candidates.
     """
 
@@ -71,7 +71,8 @@ class HealthySearch:
                 if not len(known) or one.free <= 0:
                     yield own.signature, place, np.inf
                     continue
-                beyond = float(np.sqrt(stats.f.isf(needed, 1, one.free)))
+                own_level = needed / own.signature.candidate.forms
+                beyond = float(np.sqrt(stats.f.isf(own_level, 1, one.free)))
                 error = np.sqrt(one.variance * (1 / len(known) + 1 / max(trials, 1)))
                 yield own.signature, place, error * (beyond + float(stats.t.ppf(SHOWN, one.free)))
 
@@ -87,7 +88,7 @@ def search_healthy(
         runs: References, each in units of what the others predict.
     """
     fits = _fits_of(evidence, signatures, runs)
-    count = len({one.signature.candidate.key for one, _ in fits})
+    count = len({one.signature.candidate.family for one, _ in fits})
     chances = []
     for held, others in leave_each_out(len(runs)):
         best = min((_chance(own, rest, held, others) for own, rest in fits), default=1.0)
@@ -110,7 +111,8 @@ def _chance(own: _Fits, rest: Sequence[_Fits], held: int, others: Sequence[int])
         across = across_of(own.gram[held], direction)
         elsewhere += [_finite(own.along(other)[list(others)]) for other in across]
     parameters = len(own.signature.candidate.effect.parameters)
-    return chance_of(sizes[[held]], known, elsewhere, parameters)
+    one = chance_of(sizes[[held]], known, elsewhere, parameters)
+    return min(1.0, own.signature.candidate.forms * one)
 
 
 def _finite(values: FloatArray) -> FloatArray:

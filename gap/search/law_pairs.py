@@ -8,7 +8,7 @@ better than none is put in on trial, and stays if it and what comes next are eac
 
 from collections.abc import Sequence
 
-from gap.search.candidates import Candidate
+from gap.search.candidates import Candidate, families_of
 from gap.search.cross_validation import advantage
 from gap.search.look import Look, Selection, Step
 from gap.search.options import Option, fit_option, worth
@@ -26,9 +26,9 @@ def law_with_partner(
         selection: The causes so far.
         candidates: All of them.
     """
-    taken = {cause.key for cause in selection.fitted.causes}
+    taken = families_of(selection.fitted.causes, look.evidence.effects)
     for law in candidates:
-        if law.effect.parameters or law.key in taken:
+        if law.effect.parameters or law.family in taken:
             continue
         start = (*selection.fitted.causes, law.cause(()))
         option = fit_option(look.evidence, law, start, selection.unseen, look.search.rounds)

@@ -7,6 +7,7 @@ from gap.constants import HIDDEN_SHARE, LEAST_SHARE, OPEN_LEVEL, REST_SHARE
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
+from gap.search.candidates import Family, families_of
 from gap.search.fit import ROUNDS, Fitted
 from gap.search.healthy_search import HealthySearch
 from gap.search.novelty import chance_healthy
@@ -112,7 +113,7 @@ class Look:
         if self.known is None:
             return 0.0
         one = chance_healthy(self.evidence, self.known.runs, option.fitted, option.cause)
-        return self.known.search.among_all(one)
+        return self.known.search.among_all(min(1.0, option.added.forms * one))
 
     def level(self, residual: FloatArray) -> float:
         """Return the chance below which the next cause is named.
@@ -132,17 +133,21 @@ class Look:
 
         With references, what differs most between days may be all of the first list; so there is a second.
         """
-        taken = {cause.key for cause in selection.fitted.causes}
+        taken = families_of(selection.fitted.causes, self.evidence.effects)
         residual = selection.fitted.residual
-        ranked = gains(signatures, residual, self.evidence.weights(residual))
-        ranked = [gain for gain in ranked if gain.signature.candidate.key not in taken]
+        forms: dict[Family, list[Gain]] = {}
+        for gain in gains(signatures, residual, self.evidence.weights(residual)):
+            if gain.signature.candidate.family not in taken:
+                forms.setdefault(gain.signature.candidate.family, []).append(gain)
+        ranked = [best for best, *_ in forms.values()]
         options: list[Option] = []
         usual: list[Option] = []
         least_p, level = 1.0, self.level(residual)
         for near, least in LISTS if self.healthy is not None else LISTS[:1]:
             listed = shortlist(ranked, self.search.shortlist, near, least)
             ranked = [gain for gain in ranked if gain not in listed]
-            fresh = sorted((self._fitted(selection, gain) for gain in listed), key=rank)
+            own = [forms[gain.signature.candidate.family] for gain in listed]
+            fresh = sorted((self._best_form(selection, one) for one in own), key=rank)
             options += fresh
             for one in fresh:
                 if not worth(one.over, len(one.added.effect.parameters), len(one.unseen)):
@@ -157,6 +162,15 @@ class Look:
                 usual.append(one)  # healthy runs show it as well: no rival of what is new
                 least_p = min(least_p, max(p, level))
         return (min(options, key=rank), least_p, ()) if options else None
+
+    def _best_form(self, selection: Selection, forms: Sequence[Gain]) -> Option:
+        """Return the best of the forms of a cause, which are listed with the best to first order first.
+
+        One that to first order is far behind is not fitted.
+        """
+        best, *others = forms
+        near = [best, *(one for one in others if one.nats >= NEAR * best.nats)]
+        return min((self._fitted(selection, one) for one in near), key=rank)
 
     def _fitted(self, selection: Selection, gain: Gain) -> Option:
         added = gain.signature.candidate

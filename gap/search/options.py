@@ -1,7 +1,7 @@
 """One more cause: which candidates are worth a fit, how they fit, and whether that is anything new."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
@@ -31,7 +31,7 @@ class Option:
     Attributes:
         added: The candidate that it adds to what stood.
         unseen: Score of each block without its fold, (B,).
-        over: How much better than what stood.
+        over: How much better than what stood, minus the price of the forms that were tried.
     """
 
     added: Candidate
@@ -129,7 +129,8 @@ def fit_option(
         fitted = again if again.nats < fitted.nats else fitted
     fitted = _placed(evidence, fitted, rounds)
     unseen = unseen_score(evidence, fitted)
-    return Option(added, fitted, unseen, advantage(unseen, standing, evidence.block_part))
+    over = advantage(unseen, standing, evidence.block_part)
+    return Option(added, fitted, unseen, replace(over, nats=over.nats - added.price))
 
 
 def _placed(evidence: Evidence, fitted: Fitted, rounds: int) -> Fitted:

@@ -12,7 +12,7 @@ import numpy as np
 
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
-from gap.search.candidates import Candidate
+from gap.search.candidates import Candidate, families_of
 from gap.search.look import Look, Selection, Step
 from gap.search.options import Option, fit_option, worth
 from gap.search.screen import Signature, Signatures
@@ -40,14 +40,16 @@ def best_pair(look: Look, selection: Selection, signatures: Signatures) -> Selec
     if not pairs:
         return None
     best = max(pairs, key=lambda pair: pair[1].over.nats - _size(pair))
-    keys = [option.added.key for option in best]
+    keys = [option.added.family for option in best]
     rivals: list[list[Option]] = [[], []]
     for pair in sorted(pairs, key=lambda pair: -pair[1].over.nats):
-        own = [option.added.key for option in pair]
+        own = [option.added.family for option in pair]
         for at in (0, 1):  # what stands in the place of one beside the other
             partner = keys[1 - at]
             if pair is not best and partner in own:
-                rivals[at].append(pair[1 - own.index(partner)])
+                rival = pair[1 - own.index(partner)]
+                if rival.added.family != keys[at]:
+                    rivals[at].append(rival)
     steps = [Step(one, tuple(own[:MOST_RIVALS])) for one, own in zip(best, rivals, strict=True)]
     fitted, unseen = best[1].fitted, best[1].unseen
     return Selection(fitted, unseen, (*selection.steps, *steps), selection.p)
@@ -62,11 +64,11 @@ def _starts(
 ) -> Iterator[tuple[tuple[Cause, Cause], tuple[Candidate, Candidate]]]:
     """Yield the pairs that gain most to first order, with the values to begin from."""
     residual = selection.fitted.residual
-    taken = {one.key for one in selection.fitted.causes}
+    taken = families_of(selection.fitted.causes, evidence.effects)
     smooth = [
         one
         for one in signatures.each
-        if one.offset < 0 and one.rows and one.candidate.key not in taken
+        if one.offset < 0 and one.rows and one.candidate.family not in taken
     ]
     rows = [row for one in smooth for row in one.rows]
     if len(smooth) < 2:
@@ -79,6 +81,8 @@ def _starts(
     places = np.split(np.arange(len(rows)), np.cumsum([len(one.rows) for one in smooth])[:-1])
     ranked = []
     for a, b in combinations(range(len(smooth)), 2):
+        if smooth[a].candidate.family == smooth[b].candidate.family:
+            continue  # two forms of one cause
         at = np.concatenate([places[a], places[b]])
         step = np.linalg.solve(gram[np.ix_(at, at)], pull[at])
         ranked.append((0.5 * float(pull[at] @ step) - len(at), a, b, step))

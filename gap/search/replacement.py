@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from gap.constants import AHEAD_NATS
 from gap.interfaces import Cause
-from gap.search.candidates import Candidate
+from gap.search.candidates import Candidate, families_of
 from gap.search.fit import fit_causes
 from gap.search.look import Look, Selection, Step
 from gap.search.options import CAUSE_LEVEL, Option, fit_option
@@ -48,7 +48,8 @@ def _better_at(look: Look, selection: Selection, signatures: Signatures, at: int
     if best is None or look.chance(best[1]) >= CAUSE_LEVEL:
         return selection
     added, option = best
-    rivals = (step.chosen, *(one for one in step.rivals if one.added.key != added.key))
+    rivals = (step.chosen, *step.rivals)
+    rivals = tuple(one for one in rivals if one.added.family != added.family)
     steps = (*selection.steps[:at], Step(option, rivals), *selection.steps[at + 1 :])
     return Selection(option.fitted, option.unseen, steps, selection.p)
 
@@ -60,7 +61,7 @@ def _others(
     causes, step = selection.fitted.causes, selection.steps[at]
     kept = without(causes, at)
     own = (causes[at].effect, causes[at].joints)
-    taken = {one.key for one in causes}
+    others = families_of(kept, look.evidence.effects)
     left = fit_causes(look.evidence, kept, FEW_ROUNDS).residual
     ranked = gains(signatures, left, look.evidence.weights(left))
     own_gain = next((one.nats for one in ranked if one.signature.candidate.key == own), 0.0)
@@ -68,7 +69,9 @@ def _others(
     listed = [
         one.signature.candidate.cause(one.values) if key not in known else known[key]
         for one in ranked
-        if (key := one.signature.candidate.key) not in taken and one.nats > NEAR_AS_GOOD * own_gain
+        if (key := one.signature.candidate.key) != own
+        and one.signature.candidate.family not in others
+        and one.nats > NEAR_AS_GOOD * own_gain
     ]
     by_key = {one.signature.candidate.key: one.signature.candidate for one in ranked}
     for cause in listed[:IN_PLACE]:

@@ -16,7 +16,9 @@ from model.values.machine_names import MachineNames
 STAGES = ("actuation", "kinematics", "support", "friction", "dynamics", "external", "sensing")
 # What acts through forces, by its stage or by itself.
 FORCE_STAGES = frozenset({"support", "friction", "dynamics", "external"})
-MOVED_BY_FORCES = frozenset({"servo_compliance", "gear_backlash", "leg_flex"})
+MOVED_BY_FORCES = frozenset(
+    {"servo_compliance", "servo_compliance_beyond_encoder", "gear_backlash", "leg_flex"}
+)
 NO_LIMIT_RAD_S = 10.0  # twice what the servos can do: no limit
 ALL, LEG, BOTH = (Scope.ALL,), (Scope.JOINT,), (Scope.ALL, Scope.JOINT)
 
@@ -73,12 +75,14 @@ def _effect(
     numbers: Numbers,
     physics: str,
     remedy: str,
+    form_of: str = "",
 ) -> ChainEffect:
     parameters, combine = tuple(p for p, _ in numbers), tuple(how for _, how in numbers)
     by_forces = stage in FORCE_STAGES or name in MOVED_BY_FORCES
     return ChainEffect(
-        name, stage, parameters, scopes, physics, remedy, combine, by_forces=by_forces
-    )
+        name, stage, parameters, scopes, physics, remedy, combine,
+        by_forces=by_forces, form_of=form_of,
+    )  # fmt: skip
 
 
 _LIMIT = (
@@ -102,6 +106,11 @@ CATALOGUE = (
     _effect("actuation", "servo_compliance", BOTH, _numbers("rad_per_nm", "rad/(N m)", 0.0, 0.2, 0.02),
         "The shaft gives under the torque of its load, and its encoder sees it.",
         "Raise the servo's position gain or add integral action."),
+    _effect("actuation", "servo_compliance_beyond_encoder", BOTH,
+        _numbers("rad_per_nm", "rad/(N m)", 0.0, 0.2, 0.02),
+        "The crank gives under the torque of its load beyond the encoder, which does not see it.",
+        "Stiffen gear and horn between this servo's encoder and its crank; no gain of its loop helps.",
+        form_of="servo_compliance"),
     _effect("actuation", "gear_backlash", LEG, _numbers("width_rad", "rad", 0.0, 0.5, 0.02),
         "The shaft lies against one or the other flank of the play, whichever way its load pushes.",
         "Replace the gears or the horn of this servo."),

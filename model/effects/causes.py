@@ -56,6 +56,8 @@ class Effect:
             approximately; else through what is measured or drawn.
         each: Joints that have numbers of their own in an effect of all of them at once
             (``at_every_joint``), in the order of its parameters; empty for any other.
+        form_of: Name of the effect that this is another form of: one cause by another path, tried with it
+            as one candidate and reported under its name; empty for any other.
     """
 
     name: str
@@ -69,6 +71,12 @@ class Effect:
     tells: str = field(default="", kw_only=True)
     by_forces: bool = field(default=False, kw_only=True)
     each: tuple[str, ...] = field(default=(), kw_only=True)
+    form_of: str = field(default="", kw_only=True)
+
+    @property
+    def family(self) -> str:
+        """Name of the cause that it is a form of: its own if there is no other."""
+        return self.form_of or self.name
 
     def named(self, values: Sequence[float]) -> dict[str, float]:
         """Return values, one a parameter, by the names of their parameters."""

@@ -21,6 +21,8 @@ BEARING_DRAG_NM = 0.003
 BEARING_DAMPING_NM_S = 0.02
 FOOT_WEIGHT_N = 0.5
 STILL = readonly(np.zeros((1, 1, 2)))  # of feet that do not roll
+UNSEEN_GIVE = "servo_compliance_beyond_encoder"
+GIVES = ("servo_compliance", UNSEEN_GIVE)
 MOVES_FEET = frozenset({"shaft_zero_offset", "link_length", "hip_mount_offset", "foot_rolling"})
 
 
@@ -56,7 +58,7 @@ class Loads:
 
 def feels_loads(settings: Settings) -> bool:
     """Whether loads move shafts."""
-    return settings.has("servo_compliance", "gear_backlash") or bool(settings.at("actuation"))
+    return settings.has(*GIVES, "gear_backlash") or bool(settings.at("actuation"))
 
 
 def shafts(

@@ -183,7 +183,8 @@ def answer_case(request: CaseRequest) -> None:
     runs, simulator = read_case(request.trials, request.references, request.missing)
     standing = request.standing
     if standing is not None:
-        standing = tuple(one for one in standing if one.effect not in request.missing)
+        there = {effect.name for effect in simulator.effects}
+        standing = tuple(one for one in standing if one.effect in there)
     early = {"before_judging": blind_json(blind_spots(simulator, runs.trials))}
     study = make_study(runs.trials, simulator, runs.references)
     diagnosis = diagnose_study(study, standing=standing)

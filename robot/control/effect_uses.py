@@ -32,6 +32,7 @@ class Use(Enum):
     MODEL = "added to the model"
     READING = "subtracted from the reading"
     SEEN = "seen by the encoders: nothing to add"
+    BEYOND = "not undone: how far a loaded crank is from its encoder is not estimated"
     LATE = "not undone: a reading cannot be had before it comes"
     CAMERAS = "of motion capture, which the controller does not use"
 
@@ -43,6 +44,7 @@ _GROUPS = {
         friction_anisotropy hip_mount_offset""",
     Use.READING: "force_gain force_bias force_drift force_rotation force_cross_talk encoder_scale",
     Use.SEEN: "command_delay servo_lag servo_speed_limit servo_compliance gear_backlash",
+    Use.BEYOND: "servo_compliance_beyond_encoder",
     Use.LATE: "force_delay force_lowpass",
     Use.CAMERAS: "pose_delay pose_yaw_offset pose_origin_offset clock_skew",
 }
@@ -54,7 +56,7 @@ def unused_notes(causes: Sequence[Cause]) -> tuple[str, ...]:
     return tuple(
         f"note: effect {one.effect} of the robot file is not in the model here: {USES[one.effect].value}"
         for one in causes
-        if USES[one.effect] in {Use.SEEN, Use.LATE, Use.CAMERAS}
+        if USES[one.effect] in {Use.SEEN, Use.BEYOND, Use.LATE, Use.CAMERAS}
     )
 
 

@@ -136,9 +136,10 @@ def _read(answer: dict[str, Any], path: Path, effects: dict[str, Effect]) -> Rea
 def _rival(answer: dict[str, Any], named: str, other: str) -> tuple[str, str, tuple[str, ...]]:
     """A pair of names, with legs if both are one effect, else as in the list of alternatives."""
     effect, *legs = other.split(" ")
-    if not legs:
-        likely = sorted(answer.get("rivals", ()), key=lambda one: -float(one["probability"] or 0.0))
-        legs = next((list(one["joints"]) for one in likely if one["effect"] == effect), [])
+    listed = sorted(answer.get("rivals", ()), key=lambda one: -float(one["probability"] or 0.0))
+    own = [one for one in listed if one["effect"] == effect and (not legs or one["joints"] == legs)]
+    if own:
+        legs, effect = list(own[0]["joints"]), str(own[0].get("form", effect))
     return named.split(" ")[0], effect, tuple(legs)
 
 
@@ -154,7 +155,7 @@ def _machine(named: str, beside: Path) -> str:
 
 
 def _cause(one: dict[str, Any], path: Path, effects: dict[str, Effect]) -> Cause:
-    name = str(one["effect"])
+    name = str(one.get("form", one["effect"]))
     if name not in effects:
         raise GapError(
             f"{path} names {name!r}, which the catalogue of its machine does not have; a user's own effect "

@@ -37,6 +37,7 @@ def list_effects(request: GapEffectsRequest) -> ExitCode:
 def _as_json(effect: Effect) -> dict[str, object]:
     return {
         "effect": effect.name,
+        "form_of": effect.form_of,
         "stage": effect.stage,
         "scopes": [scope.value for scope in effect.scopes],
         "parameters": effect.parameters,
@@ -52,7 +53,8 @@ def _lines(effects: Sequence[Effect]) -> list[str]:
         lines += [stage.upper()] if here else []
         for effect in here:
             scopes = ("whole robot" if s is Scope.ALL else "single legs" for s in effect.scopes)
-            lines.append(f"  {effect.name}  ({', '.join(scopes)})")
+            form = f"; a form of {effect.form_of}" if effect.form_of else ""
+            lines.append(f"  {effect.name}  ({', '.join(scopes)}{form})")
             lines += [f"      {_words(parameter)}" for parameter in effect.parameters]
             for text in (effect.physics, f"To do: {effect.remedy}"):
                 lines += textwrap.wrap(

@@ -104,7 +104,8 @@ def _left_open(
 ) -> tuple[Causes, list[Open]]:
     """Causes, and what the runs could not distinguish from each."""
     if diagnosis is not None:
-        names = [cause.effect for cause in diagnosis.causes]
+        family = {one.name: one.family for one in simulator.effects}
+        names = [family[cause.effect] for cause in diagnosis.causes]
         of_one = {one.name for one in simulator.effects if Scope.ALL not in one.scopes}
         return diagnosis.causes, [
             # of an effect of single joints: where its cause is, if the file does not say
@@ -115,11 +116,9 @@ def _left_open(
         ]
     with ProgressBar("diagnosis") as bar:
         d = diagnose(runs.trials, simulator, runs.references, progress=bar.tell)
-    causes = tuple(
-        Cause(one.effect, one.joints, tuple(v.value for v in one.values)) for one in d.causes
-    )
-    keys = [(cause.effect, cause.joints) for cause in causes]
-    return causes, [(keys.index(one.of), one.effect, one.joints) for one in d.ambiguous]
+    keys = [(one.effect, one.joints) for one in d.causes]
+    left_open = [(keys.index(one.of), one.form, one.joints) for one in d.ambiguous]
+    return tuple(one.cause for one in d.causes), left_open
 
 
 def _place(text: str, effects: Mapping[str, Effect], first: Cause) -> tuple[str, tuple[str, ...]]:

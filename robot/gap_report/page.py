@@ -156,7 +156,7 @@ def _card(one: NamedCause) -> dict[str, object]:
     ]
     return {
         "sure": f"{one.probability:.0%}",
-        "place": place_words(one.effect, one.joints),
+        "place": ", ".join(filter(None, (place_words(one.effect, one.joints), one.form_words))),
         "numbers": () if rows else numbers,
         "joints": (head, rows),
         "physics": one.physics,

@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 
+from model.effects.catalogue import EFFECTS as CATALOGUE
 from model.effects.causes import Cause
+from model.effects.written import table_name
 from model.errors import ConfigError
 from robot.config.robot_file import RobotConfig
 from sim_hw.plant.parameters import PlantParameters
@@ -35,7 +37,17 @@ def file_effects(config: RobotConfig, asked: Sequence[TwinEffect] = ()) -> tuple
 
 
 def twin_effects(cause: Cause) -> tuple[TwinEffect, ...]:
-    """Return a cause as the virtual robot knows it: names and numbers are the same, one leg each."""
+    """Return a cause as the virtual robot knows it: names and numbers are the same, one leg each.
+
+    Raises:
+        ConfigError: It is a form that the virtual robot of a file does not have.
+    """
+    if CATALOGUE[cause.effect].form_of:
+        raise ConfigError(
+            table_name(cause.effect, cause.joints),
+            "cannot be had by a virtual robot, whose encoders are behind all that gives; take it out "
+            "of the robot file for virtual runs",
+        )
     return tuple(TwinEffect(cause.effect, leg, cause.values) for leg in cause.joints or ("",))
 
 

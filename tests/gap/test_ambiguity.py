@@ -53,5 +53,5 @@ def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:
 def test_why_a_rival_is_open_is_what_left_it_open(
     separation: float, behind: float, error: float, said: str
 ) -> None:
-    one = OpenRival(0, "lag", (), 0.1, behind, error, ("delay", ()), separation)
+    one = OpenRival(0, "lag", (), 0.1, behind, error, ("delay", ()), "lag", separation)
     assert said in one.why

@@ -76,6 +76,21 @@ def test_compliance_gives_by_the_torque_of_the_load() -> None:
         assert np.sqrt(np.mean(error**2)) < 0.05 * np.sqrt(np.mean((0.02 * torque) ** 2))
 
 
+def test_a_give_beyond_the_encoder_moves_the_foot_and_not_the_reading() -> None:
+    trial = walk("metachronal", 0.2, 6.0, [COULOMB])
+    for drive in Drive:
+        unseen = cause("servo_compliance_beyond_encoder", 0.004)
+        got = Prediction(trial, [COULOMB, unseen], drive)
+        base = Prediction(trial, [COULOMB], drive)
+        assert np.array_equal(got["shaft_error"], base["shaft_error"])
+        source = got if drive is Drive.COMMAND else base
+        lever = slopes(got["shaft_error"] + commands("metachronal", 0.2, 6.0, got.time_s))
+        turned = 0.004 * np.sum(lever * source.force[..., [0, 2]], axis=2)
+        moved, expected = got["foot_x"] - base["foot_x"], lever[..., 0] * turned
+        error = inside(moved - expected)
+        assert np.sqrt(np.mean(error**2)) < 0.08 * np.sqrt(np.mean(expected**2))
+
+
 def test_backlash_lies_on_one_flank_or_the_other() -> None:
     trial = walk("metachronal", 0.2, 10.0)
     for drive in Drive:

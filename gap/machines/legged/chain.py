@@ -21,6 +21,8 @@ from model.effects.pushes import Scene, gradient, resists_motion
 from model.effects.sensing import read_sensors, true_signals
 from model.effects.settings import Settings
 from model.effects.shafts import (
+    GIVES,
+    UNSEEN_GIVE,
     Feet,
     Loads,
     feels_loads,
@@ -39,7 +41,7 @@ from model.values.arrays import FloatArray
 PASSES = 30
 CONVERGED = 1e-7  # change from pass to pass of shafts [rad] and places [m]
 REMEMBERED = 24
-SHAFTS_GIVE = ("servo_compliance", "gear_backlash")
+SHAFTS_GIVE = (*GIVES, "gear_backlash")
 BOUND_TO_PLACES = ("ground_step", "friction_patch", "ground_slope", "tether_force")
 
 
@@ -140,7 +142,7 @@ class LeggedChain:
         machine, grid = self._machine, known.grid
         force, velocity = start.force_n, start.velocity_B
         measured = drive is Drive.MEASURED
-        loads, give, sprung = None, None, None
+        loads, give, sprung, unseen = None, None, None, None
         if feels_loads(settings):
             # the lever is that of the shaft where it nearly is
             near = known.shaft_rad if measured else known.command_rad
@@ -150,15 +152,19 @@ class LeggedChain:
                 torque if start.flank_force_n is None else load_torque(lever, start.flank_force_n)
             )
             loads = Loads(torque, flank + foot_weight_torque(lever))
+            if settings.has(UNSEEN_GIVE):
+                unseen = settings.each(UNSEEN_GIVE)[0] * torque
             if not measured:
                 # a shaft that gives under friction is a foot that gives: too stiff for a loop of passes
-                (compliance,) = settings.each("servo_compliance")
+                compliance = sum(settings.each(one)[0] for one in GIVES)
                 give = shaft_give(lever, compliance)
                 sprung = springing(lever, compliance, _finite(force[..., 0]))
         late = known.delayed_command(*settings.whole("command_delay"))
         own = shafts(grid, known.command_rad, late, settings, loads)
         angles = np.where(np.isfinite(known.shaft_rad), known.shaft_rad, own) if measured else own
-        if measured and np.isfinite(known.shaft_rad).all():
+        if unseen is not None:
+            angles = angles + _finite(unseen)
+        if unseen is None and measured and np.isfinite(known.shaft_rad).all():
             walked = self._measured_feet(known, settings)
         else:
             walked = feet(machine, grid, angles, settings)
@@ -229,7 +235,7 @@ def _finite(values: FloatArray) -> FloatArray:
 
 
 def _acts_back(settings: Settings, drive: Drive, place_unknown: bool) -> bool:
-    loads = settings.has("servo_compliance") or bool(settings.at("actuation"))
+    loads = settings.has(*GIVES) or bool(settings.at("actuation"))
     places = resists_motion(settings) or settings.has(*BOUND_TO_PLACES)
     return (loads and drive is Drive.COMMAND) or (places and place_unknown)
 

@@ -26,7 +26,9 @@ def cause(
     effect: str = "leg_stiffness", leg: str = "MR", value: float = 0.70, error: float = 0.02
 ) -> NamedCause:
     sizes = (Value("ratio", "", value, error, 1.0, on_bound=False),)
-    return NamedCause(effect, (leg,), "support", sizes, 1.0, 9.0, 1.0, 0.9, 0.9, 0.9, "", "")
+    return NamedCause(
+        effect, (leg,), "support", sizes, 1.0, 9.0, 1.0, 0.9, 0.9, 0.9, "", "", effect
+    )
 
 
 def answer(*causes: NamedCause, verdict: Verdict = Verdict.EXPLAINED) -> Diagnosis:

@@ -50,10 +50,10 @@ def two(found: Diagnosis) -> Diagnosis:
     causes = (one, replace(one, effect="encoder_scale"))
     return replace(
         found, verdict=Verdict.AMBIGUOUS, causes=causes,
-        ambiguous=(OpenRival(0, "backlash", ("arm",), 0.3, 1.0, 1.0, PLAY, 4.0),),
+        ambiguous=(OpenRival(0, "backlash", ("arm",), 0.3, 1.0, 1.0, PLAY, "backlash", 4.0),),
         rivals=(
-            RivalCause(0, "backlash", ("arm",), 0.3, 1.0, 1.0, PLAY),
-            RivalCause(1, "play", ("arm",), 0.2, 1.0, 1.0, ("encoder_scale", ("arm",))),
+            RivalCause(0, "backlash", ("arm",), 0.3, 1.0, 1.0, PLAY, "backlash"),
+            RivalCause(1, "play", ("arm",), 0.2, 1.0, 1.0, ("encoder_scale", ("arm",)), "play"),
         ),
     )  # fmt: skip
 
