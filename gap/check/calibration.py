@@ -16,6 +16,7 @@ from scipy.special import expit, log_expit
 from model.values.arrays import BoolArray, FloatArray
 
 BINS = 10
+DRAWS = 4000  # of outcomes, for what a calibrated answer would show: the chance is known to 0.01
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,6 +69,30 @@ class LeftOut:
     loss: float
     loss_now: float
     constants: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationError:
+    """How far probabilities were from how often they were right, and how far they would be by chance.
+
+    The error is of few answers in ten bins, so that it is not 0 even if every probability is right.
+
+    Attributes:
+        error: Expected calibration error in ten bins; NaN for no answer.
+        by_chance: Its expectation if every outcome were drawn with the probability that was given.
+        p: Chance of so large an error in that case.
+        count: How many probabilities.
+    """
+
+    error: float
+    by_chance: float
+    p: float
+    count: int
+
+    @property
+    def beyond_chance(self) -> float:
+        """The error minus what chance explains of it, at least 0."""
+        return max(self.error - self.by_chance, 0.0) if self.count else math.nan
 
 
 def fit_constants(rows: CaseRows, prior: ConstantPrior) -> FloatArray:
@@ -138,13 +163,31 @@ def joined(rows: Sequence[CaseRows]) -> CaseRows:
 
 def binned_error(probability: FloatArray, outcomes: BoolArray) -> float:
     """Return the expected calibration error of probabilities, in ten bins; NaN for none."""
-    if not len(outcomes):
-        return math.nan
+    return float(_binned_errors(probability, outcomes[None])[0]) if len(outcomes) else math.nan
+
+
+def _binned_errors(probability: FloatArray, outcomes: BoolArray) -> FloatArray:
+    """The same for each row of outcomes, (K, N)."""
     bins = np.minimum((probability * BINS).astype(int), BINS - 1)
-    off = [
-        abs(float((probability[bins == one] - outcomes[bins == one]).sum())) for one in range(BINS)
-    ]
-    return sum(off) / len(outcomes)
+    of_bin = (bins[:, None] == np.arange(BINS)).astype(np.float64)
+    off: FloatArray = np.abs((probability - outcomes) @ of_bin).sum(axis=1) / len(probability)
+    return off
+
+
+def calibration_of(probability: FloatArray, outcomes: BoolArray, seed: int = 0) -> CalibrationError:
+    """Return the calibration error with what it would be if the probabilities, (N,), were right.
+
+    Outcomes are then drawn with these probabilities, each by itself, and binned as the true ones are
+    (Broecker and Smith 2007, Weather and Forecasting 22:651, who draw diagrams by this resampling).
+    Causes of one case are not quite independent, so that ``p`` is a little too small.
+    """
+    error = binned_error(probability, outcomes)
+    if not len(outcomes):
+        return CalibrationError(error, math.nan, math.nan, 0)
+    drawn = np.random.default_rng(seed).random((DRAWS, len(probability))) < probability
+    errors = _binned_errors(probability, drawn)
+    beyond = (1 + int((errors >= error - 1e-12).sum())) / (1 + DRAWS)
+    return CalibrationError(error, float(errors.mean()), beyond, len(outcomes))
 
 
 def _probabilities(rows: CaseRows, constants: FloatArray) -> FloatArray:

@@ -23,7 +23,7 @@ from gap.check.cases import (
 from gap.check.score import (
     Figure,
     area_under,
-    calibration_error,
+    calibration_figure,
     leg_right,
     number,
     numbers_within,
@@ -92,7 +92,7 @@ def figures_of_reality(
             "listed, called unexplained", (c.answer.verdict == UNEXPLAINED for c in inside),
             0.05, at_most=True,
         ),
-        number("calibration error", *calibration_error(counted), "<= 0.05", lambda v: v <= 0.05),
+        calibration_figure("calibration error", counted),
         _between("number within one of its +-", within),
         share("number within two of its +-", numbers_within(declared, 2.0), 0.90),
         number("crashed", float(len(crashed)), len(cases) + len(crashed), "0", lambda v: v == 0),

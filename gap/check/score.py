@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import binomtest, rankdata
 
-from gap.check.calibration import binned_error
+from gap.check.calibration import CalibrationError, calibration_of
 from gap.check.cases import (
     CONTROL,
     OUTSIDE,
@@ -43,6 +43,9 @@ class Figure:
         cases: How many cases it comes from.
         bar: The bar, in words.
         met: Whether it is met; None where there was no case.
+        by_chance: Of a calibration error: what it would be of probabilities that are right, as there are so
+            few; NaN for others.
+        p: Chance of so large an error in that case; NaN for others.
     """
 
     name: str
@@ -52,6 +55,8 @@ class Figure:
     cases: int
     bar: str
     met: bool | None
+    by_chance: float = math.nan
+    p: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,8 +107,7 @@ def figures(
             0.03, at_most=True,
         ),
         number("AUROC of none of these", auroc, len(open_set), ">= 0.95", lambda v: v >= 0.95),
-        number("calibration error of probabilities", *calibration_error(cases), "<= 0.05",
-            lambda v: v <= 0.05),
+        calibration_figure("calibration error of probabilities", cases),
         number("median parameter error", *parameter_error(detected, neutral), "<= 10 %",
             lambda v: v <= 0.10),
         number("median shrink over what is reachable", *_shrinks(detected), ">= 95 %",
@@ -129,18 +133,23 @@ def confusions(cases: Iterable[CheckedCase]) -> tuple[Confusion, ...]:
     return tuple(sorted(out, key=lambda c: (c.truth, c.case)))
 
 
-def calibration_error(cases: Sequence[CheckedCase]) -> tuple[float, int]:
-    """Return the expected calibration error of causes named, in ten bins, and how many there were."""
+def calibration_figure(name: str, cases: Sequence[CheckedCase]) -> Figure:
+    """Return the calibration error of causes named, with what it would be of calibrated ones."""
+    measured = calibration_error(cases)
+    one = number(name, measured.error, measured.count, "<= 0.05", lambda v: v <= 0.05)
+    return replace(one, by_chance=measured.by_chance, p=measured.p)
+
+
+def calibration_error(cases: Sequence[CheckedCase]) -> CalibrationError:
+    """Return the expected calibration error of causes named, in ten bins, and what it is by chance."""
     given = [
         (one.probability, any(one.effect == truth.effect for truth in case.truths))
         for case in cases
         if gap_declared(case) and case.kind in {SINGLE, PAIR, CONTROL}
         for one in case.answer.named
     ]
-    if not given:
-        return math.nan, 0
-    sure, right = zip(*given, strict=True)
-    return binned_error(np.array(sure), np.array(right)), len(given)
+    sure = np.array([probability for probability, _ in given])
+    return calibration_of(sure, np.array([right for _, right in given], dtype=bool))
 
 
 def parameter_error(

@@ -85,7 +85,11 @@ def figure_value(f: Figure) -> str:
         return "-"
     if not math.isnan(f.low) or "%" in f.bar:
         return f"{f.value:.1%}"
-    return f"{f.value:.3g}"
+    return f"{f.value:.3g}{_by_chance(f)}"
+
+
+def _by_chance(f: Figure) -> str:
+    return "" if math.isnan(f.by_chance) else f" ({f.by_chance:.2f} by chance, p {f.p:.2f})"
 
 
 def _interval(f: Figure) -> str:

@@ -5,12 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.special import expit, logit
 
 from gap.check.calibration import (
     CaseRows,
     ConstantPrior,
     binned_error,
+    calibration_of,
     fit_constants,
     leave_one_out,
 )
@@ -163,6 +165,34 @@ def test_an_error_of_calibration_by_hand() -> None:
     chance, right = np.array([0.9, 0.9, 0.9, 0.1]), np.array([True, True, False, False])
     assert binned_error(chance, right) == pytest.approx((0.7 + 0.1) / 4)
     assert math.isnan(binned_error(np.zeros(0), np.zeros(0, dtype=bool)))
+
+
+def test_ten_answers_at_three_quarters_are_off_by_chance_as_the_binomial_says() -> None:
+    chance = np.full(10, 0.75)
+    right = np.arange(10) < 6
+    found = calibration_of(chance, right)
+    hits = np.arange(11)
+    share = stats.binom.pmf(hits, 10, 0.75)
+    assert found.error == pytest.approx(0.15)
+    assert found.by_chance == pytest.approx(float(share @ np.abs(hits / 10 - 0.75)), abs=0.005)
+    far = float(share[np.abs(hits / 10 - 0.75) >= 0.15 - 1e-9].sum())
+    assert found.p == pytest.approx(far, abs=0.03)
+    assert found.beyond_chance == pytest.approx(found.error - found.by_chance)
+    assert math.isnan(calibration_of(chance[:0], right[:0]).beyond_chance)
+
+
+def test_probabilities_that_are_right_are_rarely_said_to_be_off() -> None:
+    """And those that are off are found out, given enough of them."""
+    random = np.random.default_rng(5)
+    low = 0
+    for seed in range(40):
+        chance = random.random(30)
+        low += calibration_of(chance, random.random(30) < chance, seed).p < 0.05
+    assert low <= 6  # 2 are expected; 7 or more have a chance of 0.4 %
+    doubted = random.random(100) * 0.5
+    found = calibration_of(doubted, random.random(100) < doubted + 0.3)
+    assert found.p < 0.01
+    assert found.beyond_chance == pytest.approx(0.3, abs=0.1)
 
 
 def test_rows_of_none_of_these_give_the_probability_that_is_given() -> None:

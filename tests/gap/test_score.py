@@ -114,10 +114,10 @@ def test_calibration() -> None:
     """Ten causes at 0.75, six right: off by 0.15."""
     right = replace(RIGHT, answer=said(named(p=0.75)))
     wrong = replace(WRONG, answer=said(named("stiction", (), p=0.75)))
-    error, count = calibration_error([right] * 6 + [wrong] * 4)
-    assert error == pytest.approx(0.15)
-    assert count == 10
-    assert math.isnan(calibration_error([HEALTHY])[0])
+    found = calibration_error([right] * 6 + [wrong] * 4)
+    assert found.error == pytest.approx(0.15)
+    assert found.count == 10
+    assert math.isnan(calibration_error([HEALTHY]).error)
 
 
 @pytest.mark.parametrize(

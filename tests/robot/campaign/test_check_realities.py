@@ -112,6 +112,7 @@ def test_a_case_without_an_answer_is_counted_and_does_not_stop_the_others(
     assert calm["crashed"] == ["a"]
     assert calm["figures"][-1] == {
         "name": "crashed", "value": 1.0, "low": None, "high": None, "cases": 3, "bar": "0", "met": False,
+        "by_chance": None, "p": None,
     }  # fmt: skip
 
 
