@@ -316,6 +316,23 @@ def test_feet_hold_what_moves_the_mass(drive: Drive) -> None:
     assert np.corrcoef(change, shift)[0, 1] < -0.4
 
 
+@pytest.mark.parametrize("time_constant_s", [0.35, 0.5])
+def test_a_mass_that_loads_overreact_to_is_still_predicted_from_commands(
+    time_constant_s: float,
+) -> None:
+    """Passes that take all of what the last one found grow to 1e200 here: a heavy mass shifts loads."""
+    heavy = cause("inertia_lag", time_constant_s)
+    trial = walk("tripod", 0.2, 8.0)
+    got = Prediction(trial, [heavy], Drive.COMMAND)
+    assert np.isfinite(got.force).all()
+    assert np.allclose(got.force[..., 2].sum(axis=1), WEIGHT, rtol=1e-6)
+    mass = time_constant_s * MU * WEIGHT / 0.02
+    change = inside(np.gradient(got["body_vx"], 0.04) - got["body_wz"] * got["body_vy"], 15)
+    total = inside(got.force[..., 0].sum(axis=1), 15)
+    assert np.isclose(np.polyfit(change, total, 1)[0], mass, rtol=0.2)
+    assert np.corrcoef(change, total)[0, 1] > 0.9
+
+
 @BOTH
 def test_a_tether_is_held_by_the_feet_and_shifts_the_load(drive: Drive) -> None:
     trial = walk("tripod", 0.2, 6.0)

@@ -40,6 +40,7 @@ from model.values.arrays import FloatArray
 
 PASSES = 30
 CONVERGED = 1e-7  # change from pass to pass of shafts [rad] and places [m]
+LEAST_SHARE = 1 / 8  # of the way to what a pass found, that the next one goes where passes diverge
 REMEMBERED = 24
 SHAFTS_GIVE = (*GIVES, "gear_backlash")
 BOUND_TO_PLACES = ("ground_step", "friction_patch", "ground_slope", "tether_force")
@@ -67,13 +68,27 @@ class _PassStart:
         force_n: Forces on the feet that act about the shafts, (W, N, 3).
         flank_force_n: Those that decide against which flank a shaft with play lies; the same if None.
         world: Place of the body, x, y [m], yaw [rad], (W, 3).
-        velocity_B: Measured velocity of the body, (W, 3); None where it is that of the pass before.
+        velocity_B: Measured velocity of the body, (W, 3); None where it is solved for.
+        moving_B: Velocity that drag and inertia shift loads by, (W, 3); None where it is not known yet.
     """
 
     force_n: FloatArray
     flank_force_n: FloatArray | None
     world: FloatArray
     velocity_B: FloatArray | None  # noqa: N815 - frame suffix
+    moving_B: FloatArray | None  # noqa: N815
+
+    def towards(self, walk: Walk, share: float, measured: bool, place_known: bool) -> "_PassStart":
+        """Return what the next pass takes as given: a share of the way to what the last one found."""
+        solved_n = self.force_n if measured else foot_forces(walk)
+        solved_m = self.world if place_known else walk.world
+        moving = self.velocity_B
+        if moving is None:
+            moving = _relaxed(self.moving_B, _finite(walk.sliding.velocity_B), share)
+        return replace(
+            self, force_n=_relaxed(self.force_n, solved_n, share),
+            world=_relaxed(self.world, solved_m, share), moving_B=moving,
+        )  # fmt: skip
 
 
 class LeggedChain:
@@ -116,27 +131,27 @@ class LeggedChain:
             added = tuple(one for one in settings.added if one.user.effect.stage != "actuation")
             plain = replace(settings, acting=acting, added=added)
             force = foot_forces(self._plain_walk(known, plain, drive))
-        start = _PassStart(force, flank, place, velocity)
+        start = _PassStart(force, flank, place, velocity, velocity)
         walk = self._pass(known, settings, drive, start)
         if not _acts_back(settings, drive, world is None):
             return walk
+        share, last = 1.0, np.inf
         for _ in range(PASSES):
             before = walk
-            force = force if measured else foot_forces(walk)
-            place = walk.world if world is None else world
-            start = replace(start, force_n=force, world=place)
-            walk = self._pass(known, settings, drive, start, walk)
-            if _change(before, walk) <= CONVERGED:
+            start = start.towards(walk, share, measured, world is not None)
+            walk = self._pass(known, settings, drive, start)
+            change = _change(before, walk) / share
+            if change <= CONVERGED:
                 break
+            if (
+                not change < last
+            ):  # a heavy mass shifts loads farther than they were off: half the way
+                share = max(share / 2, LEAST_SHARE)
+            last = change
         return walk
 
     def _pass(
-        self,
-        known: LeggedInputs,
-        settings: Settings,
-        drive: Drive,
-        start: _PassStart,
-        before: Walk | None = None,
+        self, known: LeggedInputs, settings: Settings, drive: Drive, start: _PassStart
     ) -> Walk:
         """One pass through the stages."""
         machine, grid = self._machine, known.grid
@@ -168,11 +183,8 @@ class LeggedChain:
             walked = self._measured_feet(known, settings)
         else:
             walked = feet(machine, grid, angles, settings)
-        moving = velocity
-        if moving is None and before is not None:
-            moving = _finite(before.sliding.velocity_B)
         scene = Scene(machine, grid, settings, start.world)
-        standing = stand(scene, walked, moving)
+        standing = stand(scene, walked, start.moving_B)
         load = standing.load_n
         if measured:
             seen = known.force_n[..., 2]
@@ -228,6 +240,10 @@ def foot_forces(walk: Walk, *, known: bool = True) -> FloatArray:
     """Ground's force on each foot, (W, N, 3) [N]; where there is no answer 0 if ``known``, else NaN."""
     force = np.concatenate([walk.sliding.force_xy_n, walk.standing.load_n[..., None]], axis=2)
     return _finite(force) if known else force
+
+
+def _relaxed(given: FloatArray | None, solved: FloatArray, share: float) -> FloatArray:
+    return solved if given is None or share == 1.0 else given + share * (solved - given)
 
 
 def _finite(values: FloatArray) -> FloatArray:
