@@ -90,6 +90,11 @@ HIDDEN_SHARE = Constant(
     "share of the remaining misfit that may hide an alternative, which therefore stays open",
     DEVELOPMENT,
 )
+MOSTLY = Constant(
+    0.5,
+    "share of the gap that causes must explain on held-out runs, without references, or it is unexplained",
+    "a convention: more than half",
+)
 IN_DOUBT_SHARE = Constant(
     0.05,
     "share of what is explained that causes with open alternatives may have in an `explained`",

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gap.constants import MOSTLY
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
 from gap.diagnosis.baselines import baselines
 from gap.diagnosis.commissioning import commission
@@ -140,8 +141,10 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
     shared = chances(selection, evidence.block_part, none, fit.nats_after)
     ambiguous = open_rivals(evidence, selection, [own for _, own in shared], fit.nats_after)
     named = named_causes(evidence, selection, [one for one, _ in shared], far, comparison.healthy)
+    # with references a small gap's share is lost in their scatter, and they judge what is left instead
+    mostly = bool(comparison.study.references) or not far.shrink < MOSTLY
     return _Answer(
-        verdict_of(exists, named, none, ambiguous),
+        verdict_of(exists, named, none, ambiguous, mostly=mostly),
         detection,
         named,
         tuple(rival for _, own in shared for rival in own),

@@ -31,16 +31,23 @@ def gap_exists(evidence: Evidence, detection: Detection | None, selection: Selec
 
 
 def verdict_of(
-    exists: bool, named: Sequence[NamedCause], none: float, ambiguous: Sequence[OpenRival]
+    exists: bool,
+    named: Sequence[NamedCause],
+    none: float,
+    ambiguous: Sequence[OpenRival],
+    *,
+    mostly: bool = True,
 ) -> Verdict:
     """Choose among the four; a cause on a bound of its values explains nothing.
+
+    Nor do causes that explain the lesser part (``mostly`` is not so).
 
     It is not ambiguous for causes that explain next to nothing: the rest is what the simulator lacks.
     """
     if not exists:
         return Verdict.NO_GAP
     on_bound = any(value.on_bound for one in named for value in one.values)
-    if not named or none > NONE_LIKELY or on_bound:
+    if not named or none > NONE_LIKELY or on_bound or not mostly:
         return Verdict.UNEXPLAINED
     doubted = {one.of for one in ambiguous}
     shares = np.array([one.shrink for one in named])  # NaN where runs are too few to tell

@@ -1,6 +1,8 @@
 """Rigid bodies under diagnosis against MuJoCo stepped apart: native effects, trees, batches, mistakes."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -8,7 +10,7 @@ import pytest
 
 from gap.interfaces import Cause, Drive
 from gap.machines.mujoco.machine import MjcfMachine, make_machine
-from gap.machines.mujoco.untimed import untimed
+from gap.machines.mujoco.quiet import quiet
 from model.errors import GapError
 from record.trial.trial import Trial
 from tests.gap.mjcf_arms import ARM, LOOP, arm, arm_log, chirps, log_of, stepped
@@ -137,17 +139,34 @@ def test_mujoco_s_profiler_rests_during_rollouts_and_a_clock_of_the_user_s_is_ke
         mujoco.mj_step(model, data)
         return float(data.timer[mujoco.mjtTimer.mjTIMER_STEP].duration)
 
-    with untimed():
+    with quiet():
         assert timed() == 0.0
     assert timed() > 0.0
     ticks = iter(range(10**6))
     mujoco.set_mjcb_time(lambda: float(next(ticks)))
     try:
-        with untimed():
+        with quiet():
             assert timed() >= 1.0
         assert timed() >= 1.0
     finally:
         mujoco.set_mjcb_time(None)
+
+
+def test_an_unstable_candidate_writes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    light = re.sub(
+        r'(mass|diaginertia)="[^"]*"',
+        lambda m: f'{m[1]}="1e-12"' if m[1] == "mass" else 'diaginertia="1e-15 1e-15 1e-15"',
+        arm(),
+    )
+    healthy = arm_log(1.0)
+    trial = replace(healthy, header=replace(healthy.header, robot_text=light))
+    with pytest.raises(GapError, match="the model explodes"):
+        make_machine([trial]).predict(trial, (), Drive.COMMAND)
+    assert capfd.readouterr() == ("", "")
+    assert not list(tmp_path.iterdir())
 
 
 def test_trees_share_runs_and_do_not_mix() -> None:
@@ -241,6 +260,17 @@ def test_units_that_no_log_of_the_model_has_are_a_sentence(
         machine.observe(replace(healthy, shaft_rad=1000.0 * healthy.shaft_rad))
     with pytest.raises(GapError, match=r'samples lie 10 s apart.*unit = "ms"'):
         machine.observe(replace(healthy, time_s=1000.0 * healthy.time_s))
+    endless = healthy.header.robot_text.replace('range="-180 180"', "")
+    header = replace(healthy.header, robot_text=endless)
+    degrees = replace(healthy, header=header, shaft_rad=np.degrees(healthy.shaft_rad))
+    unlimited = make_machine([degrees])
+    with pytest.raises(GapError, match=r'rad/s for a tenth of the time.*unit = "deg"'):
+        unlimited.observe(degrees)
+    heavy = re.sub(r'mass="([0-9.]+)"', r'mass="\1e3"', healthy.header.robot_text)
+    grams = replace(healthy, header=replace(healthy.header, robot_text=heavy))
+    too_heavy = make_machine([grams])
+    with pytest.raises(GapError, match=r"the model needs .* masses in g"):
+        too_heavy.observe(grams)
     with pytest.raises(GapError, match="command_upper_rad is empty"):
         machine.observe(replace(healthy, command_rad=np.full_like(healthy.command_rad, np.nan)))
 
@@ -261,7 +291,9 @@ def test_a_register_of_a_servo_is_a_stiffness() -> None:
         torque_constant_nm_a = 0.354
         resistance_ohm = 3.4"""
     xml = TWO_TREES
-    trial = log_of(xml, motor, {"time_s": t, "command_rad": command, "shaft_rad": command}, ("a",))
+    trial = log_of(
+        xml, motor, {"time_s": t, "command_rad": command, "shaft_rad": 0.9 * command}, ("a",)
+    )
     machine = make_machine([trial])
     assert machine.parts.drive.joints[0].kp == pytest.approx(4 * 0.5755, rel=1e-3)
     assert machine.parts.rigid.welded == ("b",)

@@ -18,6 +18,8 @@ MOVES_RAD_S = 0.02
 FEWEST = 30
 AGREE = (0.8, 1.25)
 ALIKE = 0.9
+FASTEST_RAD_S = 60.0  # of a joint, for a tenth of the time
+TORQUES_APART = 100.0  # times what the loop gives, that a model needs along the same motion
 UNITS = ((180 / np.pi, "deg"), (1000.0, "mrad"), (4096 / TURN_RAD, "ticks of 4096"))
 
 
@@ -38,7 +40,8 @@ def refuse_other_units(trial: Trial, rigid: RigidModel) -> None:
         number = model.dof_jntid[rigid.speed[at]]
         limited = bool(model.jnt_limited[number])
         reach = float(np.max(np.abs(model.jnt_range[number]))) if limited else 10 * TURN_RAD
-        most = float(np.nanmax(np.abs(trial.shaft_rad[:, at]), initial=0.0))
+        angle = trial.shaft_rad[np.isfinite(trial.shaft_rad[:, at]), at]
+        most = float(np.max(np.abs(angle), initial=0.0))
         if most > BEYOND_RANGE * max(reach, 1.0):
             unit = next(
                 (f', unit = "{name}"?' for size, name in UNITS if most / size <= 1.2 * reach), ""
@@ -47,6 +50,29 @@ def refuse_other_units(trial: Trial, rigid: RigidModel) -> None:
                 f"shaft_{joint}_rad reaches {most:.4g} rad, {rigid.in_file[at]} of the model {reach:.3g}: "
                 f"another unit or another robot's joint; correct the map{unit}"
             )
+        turning = np.abs(np.diff(angle)) / period
+        fast = float(np.percentile(turning, 90)) if len(turning) else 0.0
+        if fast > FASTEST_RAD_S:
+            raise GapError(
+                f"shaft_{joint}_rad turns at {fast:.3g} rad/s for a tenth of the time, which no joint of a "
+                'robot does: map its angle, and its command, with their unit: unit = "deg"?'
+            )
+
+
+def refuse_other_torques(needed: FloatArray, given: FloatArray) -> None:
+    """Make sure that the torque that a model needs along a motion can be that of its drive, (F, J) each.
+
+    Raises:
+        GapError: It cannot: masses, lengths or gains are in other units.
+    """
+    whole = np.isfinite(needed) & np.isfinite(given)
+    need, give = (float(np.sqrt(np.mean(one[whole] ** 2))) for one in (needed, given))
+    if whole.any() and need > TORQUES_APART * give > 0.0:
+        raise GapError(
+            f"along the measured motion the model needs {need:.3g} N m (RMS), the loop as described gives "
+            f"{give:.3g}: masses in g, gains in other units, or a feed-forward that is not in [drive]? "
+            "correct the model or [drive]"
+        )
 
 
 def speeds_disagree(trial: Trial) -> bool:

@@ -28,7 +28,12 @@ from gap.machines.mujoco.catalogue import (
     make_catalogue,
     usual_torque,
 )
-from gap.machines.mujoco.check import check_log, refuse_other_units, speeds_disagree
+from gap.machines.mujoco.check import (
+    check_log,
+    refuse_other_torques,
+    refuse_other_units,
+    speeds_disagree,
+)
 from gap.machines.mujoco.drive import (
     CURRENT,
     FIRMWARE,
@@ -186,7 +191,12 @@ class MjcfMachine:
 
     def _make_frames(self, trial: Trial) -> Frames:
         refuse_other_units(trial, self.parts.rigid)
-        return frames_of(trial, commanded=self.parts.drive.forward)
+        frames = frames_of(trial, commanded=self.parts.drive.forward)
+        rigid = self.parts.rigid
+        if self._forward is not None and not (rigid.floating or rigid.contact):
+            needed = self._inverse.torque(frames, self.nominal)
+            refuse_other_torques(needed, self._readings.asked_torque(frames, self.nominal))
+        return frames
 
     def _command(self, frames: Frames) -> FloatArray:
         """Commands as they stood at each frame; what an angle is measured from."""

@@ -69,6 +69,13 @@ class LoopReadings:
             DUTY: pull / np.where(stall > 0, stall, np.nan),
         }
 
+    def asked_torque(self, frames: Frames, settings: RigidSettings) -> FloatArray:
+        """Return the torque that each loop asks for along the measured motion, (F, J)."""
+        motion = frames.motion
+        return self._pull(
+            ForwardRequest(frames, settings, Drive.MEASURED), motion.angle, motion.speed
+        )
+
     def _pull(self, one: ForwardRequest, angle: FloatArray, speed: FloatArray) -> FloatArray:
         """Torque that each loop asks for, (F, J)."""
         joints = one.settings.joints

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from mujoco import rollout
 
-from gap.machines.mujoco.untimed import untimed
+from gap.machines.mujoco.quiet import quiet
 from model.values.arrays import BoolArray, FloatArray, IntArray
 
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -144,7 +144,7 @@ class RolloutPool:
         driven = int(models[0].nu)
         if driven not in self._data:
             self._data[driven] = [mujoco.MjData(models[0]) for _ in range(self._threads)]
-        with untimed():
+        with quiet():
             states, _ = self._pool.rollout(
                 models, self._data[driven], np.ascontiguousarray(first), np.ascontiguousarray(target),
                 nstep=target.shape[1], control_spec=int(TARGETS if driven else FORCES), state=room,
