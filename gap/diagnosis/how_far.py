@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from gap.constants import HELD_OUT_WORSE
 from gap.interfaces import Cause, Channel
@@ -198,7 +198,7 @@ def _shrink(
     without = [held.block_part != run for run in range(runs)]
     left = np.array([_shrunk(before[on], after[on], weight[on]) for on in without])
     error = np.sqrt((runs - 1) / runs * np.nansum((left - np.nanmean(left)) ** 2))
-    reach = float(stats.t.ppf(0.975, runs - 1) * error)
+    reach = float(special.stdtrit(runs - 1, 0.975) * error)
     return value, value - reach, min(value + reach, 1.0)
 
 

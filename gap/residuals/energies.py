@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from gap.constants import CHANNELS_APART, LEAST_SCATTER
 from gap.residuals.chances import HeldOutChances, leave_each_out
@@ -43,10 +43,10 @@ def _energy_chance(trials: FloatArray, runs: FloatArray) -> float:
     mean = run_logs.mean(axis=1)
     scatter = max(float(mean.std(ddof=1)), LEAST_SCATTER)
     t = (trial_logs.mean() - mean.mean()) / (scatter * np.sqrt(1 / n + 1 / m))
-    p_mean = float(stats.t.sf(t, n - 1))
+    p_mean = float(special.stdtr(n - 1, -t))
     centred = run_logs - run_logs.mean(axis=0)
     width = max(float(np.sqrt((centred**2).sum() / (centred.size - known.sum()))), LEAST_SCATTER)
     worst = float(np.max(trial_logs.mean(axis=0) - run_logs.mean(axis=0)))
     free = (n - 1) * min(int(known.sum()), CHANNELS_APART)
-    p_channel = float(stats.t.sf(worst / (width * np.sqrt(1 / n + 1 / m)), free))
+    p_channel = float(special.stdtr(free, -worst / (width * np.sqrt(1 / n + 1 / m))))
     return min(1.0, 2 * min(p_mean, p_channel * int(known.sum())))

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from gap.constants import SHOWN
 from gap.residuals.chances import HeldOutChances, leave_each_out
@@ -72,9 +72,13 @@ class HealthySearch:
                     yield own.signature, place, np.inf
                     continue
                 own_level = needed / own.signature.candidate.forms
-                beyond = float(np.sqrt(stats.f.isf(own_level, 1, one.free)))
+                beyond = float(np.sqrt(special.fdtri(1, one.free, 1.0 - own_level)))
                 error = np.sqrt(one.variance * (1 / len(known) + 1 / max(trials, 1)))
-                yield own.signature, place, error * (beyond + float(stats.t.ppf(SHOWN, one.free)))
+                yield (
+                    own.signature,
+                    place,
+                    error * (beyond + float(special.stdtrit(one.free, float(SHOWN)))),
+                )
 
 
 def search_healthy(

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import optimize, special, stats
+from scipy import optimize, special
 
 from gap.constants import JOINT_UNLIKE, JOINTS_DIFFER, JOINTS_DIFFER_WORTH
 from gap.interfaces import Cause, Effect, Parameter, places_for
@@ -77,7 +77,7 @@ def chance_of(
         if one.free <= 0.0:
             return 1.0
         f = ahead**2 / max(one.variance * runs, 1e-24) / directions
-        return float(stats.f.sf(f, directions, one.free))
+        return float(special.fdtrc(directions, one.free, f))
 
     alike = chance(pooled([seen, known], others))
     alone = chance(pooled([seen, known], ())) if others else alike

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from gap.constants import ACTS, FALSE_ALARMS, WORTH_NATS
 from gap.interfaces import Cause
@@ -105,7 +105,7 @@ def nats_beyond(evidence: Evidence, unseen: FloatArray, healthy: Evidence | None
 
 def worth(over: Advantage, parameters: int, blocks: int) -> bool:
     """Whether an advantage is more than scatter."""
-    needed = CLEAR_ERRORS * float(stats.t.ppf(0.977, max(blocks - 1, 1))) / 2.0 * over.error
+    needed = CLEAR_ERRORS * float(special.stdtrit(max(blocks - 1, 1), 0.977)) / 2.0 * over.error
     return over.nats > max(needed, WORTH_NATS + parameters)
 
 

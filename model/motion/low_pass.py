@@ -7,7 +7,6 @@ Source: Wu, Zhao, Revzen, Ghost Robotics Spirit; there gamma is chosen by hand.
 
 import numpy as np
 from scipy.optimize import minimize_scalar
-from scipy.signal import welch
 
 from model.errors import ModelError
 from model.motion.filters import recursion
@@ -89,6 +88,8 @@ def choose_gamma(predicted: FloatArray, reference: FloatArray, rate_hz: float) -
 
 
 def _spectrum(signal: FloatArray, rate_hz: float, segment: int) -> FloatArray:
+    from scipy.signal import welch  # a third of a second: as late as it is needed
+
     _, power = welch(signal, fs=rate_hz, nperseg=segment, axis=0)
     spectrum: FloatArray = power[1:]
     return spectrum

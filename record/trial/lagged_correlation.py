@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import correlate
 
 from model.values.arrays import FloatArray, IntArray
 
@@ -107,6 +106,8 @@ def _correlations(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]
 
 def _slide(a: FloatArray, b: FloatArray) -> FloatArray:
     """Sum of a[i] b[i + lag] for each lag from -(T - 1) on."""
+    from scipy.signal import correlate  # a third of a second: as late as it is needed
+
     total: FloatArray = correlate(b, a, mode="full", method="fft")
     return total
 
@@ -163,6 +164,8 @@ def _overlapping(x: FloatArray, y: FloatArray, lag: int) -> tuple[FloatArray, Fl
 
 def _lasting(error: FloatArray) -> float:
     """How many samples an error lasts: 1 if they are independent; of all columns, (T, C)."""
+    from scipy.signal import correlate
+
     centred = error - error.mean(axis=0)
     each = sum(correlate(c, c, mode="full", method="fft")[len(c) - 1 :] for c in centred.T)
     total = np.asarray(each)

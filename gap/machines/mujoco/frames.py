@@ -7,7 +7,6 @@ the window that predicts a left-out sample best; a logged torque is smoothed ali
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import savgol_coeffs, savgol_filter
 
 from gap.data.even_grid import even_times, on_times
 from gap.machines.mujoco.drive import DriveTable, JointNumbers
@@ -136,6 +135,11 @@ def _fitted(
     values: FloatArray, step: float, count: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, float]:
     """Value, slope and curvature of local cubics, and the slope that noise alone gives."""
+    from scipy.signal import (  # a third of a second: as late as it is needed
+        savgol_coeffs,
+        savgol_filter,
+    )
+
     window, noise = best_window(values)
     wide = min(_odd(WIDER * window), _odd(count - 1) - 2)
     parts = [savgol_filter(values, wide, DEGREE, deriv=d, delta=step) for d in (0, 1, 2)]
@@ -145,6 +149,8 @@ def _fitted(
 
 def best_window(values: FloatArray) -> tuple[int, float]:
     """Return the window whose fits predict left-out samples best, and the noise that they leave."""
+    from scipy.signal import savgol_coeffs, savgol_filter
+
     best, least = WINDOWS[0], np.inf
     for window in WINDOWS:
         if window > len(values) // 2:
@@ -160,6 +166,8 @@ def best_window(values: FloatArray) -> tuple[int, float]:
 
 def smoothed(values: FloatArray, like: FloatArray) -> FloatArray:
     """Smooth columns (F, J) as the angles ``like`` them are, (F, J); NaN stays NaN."""
+    from scipy.signal import savgol_filter
+
     out = values.copy()
     for column, angle in zip(out.T, like.T, strict=True):
         if np.isfinite(column).all() and np.isfinite(angle).all():

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 import tomlkit
 from scipy.constants import g as standard_gravity
-from scipy.signal import savgol_filter
 
 from gap.data.columns import Sign, faults_of
 from gap.data.even_grid import even_times, on_times
@@ -208,6 +207,8 @@ def _changed(law: SlidingLaw, causes: Sequence[Cause]) -> SlidingLaw:
 
 
 def _slide(trial: Trial) -> Slide:
+    from scipy.signal import savgol_filter  # a third of a second: as late as it is needed
+
     xy = trial.body_position_m[:, :2]
     known = np.isfinite(xy).all(axis=1)
     if known.mean() < 0.8:
@@ -222,6 +223,8 @@ def _slide(trial: Trial) -> Slide:
 
 def _channels(slide: Slide, velocity: FloatArray) -> FloatArray:
     """Acceleration along and across the measured path, and speed along it, (F, 3)."""
+    from scipy.signal import savgol_filter
+
     rate = savgol_filter(velocity, slide.window, ORDER, deriv=1, delta=slide.period_s, axis=0)
     speed = np.linalg.norm(slide.velocity_m_s, axis=1)
     along = slide.velocity_m_s / np.maximum(speed, 1e-9)[:, None]
