@@ -1,5 +1,6 @@
 """A case of a check, both sides of it: what was wrong, and what the diagnosis named."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 CONTROL, SINGLE, PAIR, OUTSIDE, REMOVED = "control", "single", "pair", "outside", "removed"
@@ -105,6 +106,26 @@ def named_effects(case: CheckedCase) -> tuple[str, ...]:
 def named_right(case: CheckedCase) -> bool:
     """Whether the first cause named is the true effect (of a single-effect case)."""
     return bool(case.answer.named) and case.answer.named[0].effect == case.truths[0].effect
+
+
+def probabilities_given(cases: Iterable[CheckedCase]) -> tuple[tuple[float, bool], ...]:
+    """Return the probability of each cause that was named, and whether it was there, at its leg.
+
+    A probability leaves a share to causes that the catalogue does not have, and to the same effect at
+    other legs. So cases whose cause is outside the catalogue count as well (what is named there is wrong):
+    without them, probabilities that are right would seem too low.
+    """
+    return tuple(
+        (one.probability, listed and any(_is_true(one, truth) for truth in case.truths))
+        for case in cases
+        if gap_declared(case)
+        for listed in (case.kind not in {OUTSIDE, REMOVED},)
+        for one in case.answer.named
+    )
+
+
+def _is_true(one: Named, truth: Truth) -> bool:
+    return (one.effect, one.joints) == (truth.effect, (truth.joint,) if truth.joint else ())
 
 
 def group_of(case: CheckedCase) -> frozenset[str]:

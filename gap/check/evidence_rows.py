@@ -11,7 +11,14 @@ import numpy as np
 
 from gap import constants
 from gap.check.calibration import CaseRows, ConstantPrior
-from gap.check.cases import CONTROL, OUTSIDE, PAIR, REMOVED, SINGLE, CheckedCase, gap_declared
+from gap.check.cases import (
+    CONTROL,
+    OUTSIDE,
+    REMOVED,
+    CheckedCase,
+    gap_declared,
+    probabilities_given,
+)
 from gap.diagnosis.probability import Fit, none_features
 
 SURE = 1e-3  # no nearer to 0 or 1 than this
@@ -50,12 +57,9 @@ def cause_prior() -> ConstantPrior:
 
 def cause_rows(cases: Sequence[CheckedCase]) -> CaseRows:
     """Return a row a named cause: log odds of its probability, and whether it is one that was there."""
-    features, outcomes = [], []
-    for case in cases:
-        if case.kind not in {SINGLE, PAIR, CONTROL} or not gap_declared(case):
-            continue
-        for one in case.answer.named:
-            chance = min(max(one.probability, SURE), 1.0 - SURE)
-            features.append((1.0, math.log(chance / (1.0 - chance))))
-            outcomes.append(any(one.effect == truth.effect for truth in case.truths))
-    return CaseRows(np.array(features).reshape(-1, 2), np.array(outcomes, dtype=bool))
+    given = probabilities_given(cases)
+    odds = [min(max(chance, SURE), 1.0 - SURE) for chance, _ in given]
+    features = [(1.0, math.log(one / (1.0 - one))) for one in odds]
+    return CaseRows(
+        np.array(features).reshape(-1, 2), np.array([right for _, right in given], dtype=bool)
+    )

@@ -27,6 +27,7 @@ from gap.check.cases import (
     group_of,
     named_effects,
     named_right,
+    probabilities_given,
 )
 
 VISIBLE = 3.0  # times repeatability
@@ -142,12 +143,7 @@ def calibration_figure(name: str, cases: Sequence[CheckedCase]) -> Figure:
 
 def calibration_error(cases: Sequence[CheckedCase]) -> CalibrationError:
     """Return the expected calibration error of causes named, in ten bins, and what it is by chance."""
-    given = [
-        (one.probability, any(one.effect == truth.effect for truth in case.truths))
-        for case in cases
-        if gap_declared(case) and case.kind in {SINGLE, PAIR, CONTROL}
-        for one in case.answer.named
-    ]
+    given = probabilities_given(cases)
     sure = np.array([probability for probability, _ in given])
     return calibration_of(sure, np.array([right for _, right in given], dtype=bool))
 

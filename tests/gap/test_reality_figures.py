@@ -26,6 +26,7 @@ from gap.check.cases import (
     Named,
     Remainder,
     Truth,
+    probabilities_given,
 )
 from gap.check.evidence_rows import cause_prior, cause_rows, none_prior, none_rows
 from gap.check.realities import figures_of_reality, worst_reality
@@ -207,7 +208,14 @@ def test_rows_of_none_of_these_give_the_probability_that_is_given() -> None:
 
 def test_rows_of_causes_are_the_log_odds_that_were_given() -> None:
     wrong = answered(RIGHT, replace(NAMED, effect="stiction", probability=0.2))
-    rows = cause_rows([RIGHT, wrong, HEALTHY, ODD])
+    rows = cause_rows([RIGHT, wrong, HEALTHY])
     assert rows.outcomes.tolist() == [True, False]
     assert rows.features[:, 1] == pytest.approx([logit(0.9), logit(0.2)])
     assert expit(rows.features @ cause_prior().values) == pytest.approx([0.9, 0.2])
+
+
+def test_a_cause_at_another_leg_or_of_a_case_outside_the_catalogue_was_not_there() -> None:
+    """Its probability left a share to both."""
+    assert probabilities_given([RIGHT, OTHER_LEG, ODD, SILENT]) == (
+        (0.9, True), (0.9, False), (0.9, False),
+    )  # fmt: skip
