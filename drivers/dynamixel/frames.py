@@ -10,7 +10,12 @@ header can appear by chance.
 """
 
 import enum
+import struct
+from array import array
 from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
 
 HEADER = b"\xff\xff\xfd\x00"
 STUFFING_MARK = b"\xff\xff\xfd"
@@ -60,24 +65,24 @@ class StatusError(enum.IntEnum):
     ACCESS = 7
 
 
-def _crc_table() -> tuple[int, ...]:
-    table = []
-    for byte in range(256):
-        value = byte << 8
-        for _ in range(8):
-            value = ((value << 1) ^ 0x8005 if value & 0x8000 else value << 1) & 0xFFFF
-        table.append(value)
-    return tuple(table)
+def _crc_of_pairs() -> array[int]:
+    """Return the CRC of every two bytes, the first one high: a frame takes half as many steps then."""
+    value = np.arange(1 << 16, dtype=np.uint32)
+    for _ in range(16):
+        value = np.where(value & 0x8000, value << 1 ^ 0x8005, value << 1) & 0xFFFF
+    return array("H", value.astype(np.uint16).tobytes())
 
 
-_CRC_TABLE = _crc_table()
+_CRC_OF_PAIRS = _crc_of_pairs()
 
 
+@lru_cache(maxsize=64)  # the loop's own requests are the same in every tick
 def crc16(data: bytes) -> int:
     """CRC-16, polynomial 0x8005, initial 0, most significant bit first; check value 0xFEE8."""
+    even = data if len(data) % 2 == 0 else b"\0" + data  # zeros in front change nothing
     crc = 0
-    for byte in data:
-        crc = ((crc << 8) & 0xFFFF) ^ _CRC_TABLE[(crc >> 8) ^ byte]
+    for pair in struct.unpack(f">{len(even) // 2}H", even):
+        crc = _CRC_OF_PAIRS[crc ^ pair]
     return crc
 
 

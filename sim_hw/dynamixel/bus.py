@@ -157,8 +157,9 @@ class VirtualServoBus:
         self._world.advance_to(t_ns)
         if t_ns >= self._next_check_ns:
             self._next_check_ns = t_ns + CHECK_PERIOD_NS
+            motors = self._world.motors()
             for servo in self.servos:
-                servo.check(t_ns)
+                servo.check(t_ns, motors)
 
     def receive(self, data: bytes, t_ns: int, baud_rate: int) -> None:
         """Take bytes from the wire.
@@ -316,11 +317,12 @@ class VirtualServoBus:
 
     def _answer_reads(self, frame: Frame, t_ns: int, baud_rate: int, by_id: ById) -> None:
         """Answer a sync or bulk read in its order, up to where the chain of answers breaks."""
+        motors = self._world.motors()  # all are asked at once
         for servo_id, address, length in _reads(frame):
             if servo_id not in by_id and self._silent.get(servo_id, False):
                 return
             answers = [
-                (servo, *servo.read(address, length, t_ns))
+                (servo, *servo.read(address, length, t_ns, motors))
                 for servo in by_id.get(servo_id, ())
                 if servo.table.get("status_return_level") >= 1
             ]

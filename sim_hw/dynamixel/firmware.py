@@ -142,7 +142,7 @@ def _current_loop(servo: Any, current_a: float, steps_ms: float) -> float:
 
 
 @compiled
-def _duties(
+def firmware_duties(
     servos: Any, goal: FloatArray, ticks: FloatArray, rate_rad_s: FloatArray, current_a: FloatArray,
     dt_s: float, duty: FloatArray,
 ) -> None:  # fmt: skip
@@ -203,7 +203,7 @@ class FirmwareBank:
         self.servos["pwm_limit"] = self.servos["goal_pwm"] = DUTY_FULL
         self.goal_path: GoalPath | None = None
         # machine code is made here: a servo that is asked must not wait for it
-        compile_for(_duties, self.servos, *given(1, 1, 1, 1), NUMBER, *out(1))
+        compile_for(firmware_duties, self.servos, *given(1, 1, 1, 1), NUMBER, *out(1))
 
     @property
     def driven(self) -> BoolArray:
@@ -226,5 +226,5 @@ class FirmwareBank:
         path = self.goal_path
         goal = self.goal_position.copy() if path is None else path.advance(self.goal_position)
         output = np.empty(len(ticks))
-        _duties(self.servos, goal, ticks, rate_rad_s, current_a, dt_s, output)
+        firmware_duties(self.servos, goal, ticks, rate_rad_s, current_a, dt_s, output)
         return output

@@ -11,7 +11,7 @@ from drivers.dynamixel.servo_model import MotorRatings
 from drivers.dynamixel.units import VOLTAGE_UNIT_V
 from sim_hw.assumed import ServoAssumed
 from sim_hw.dynamixel.control_table import ControlTable
-from sim_hw.interfaces import MotorWorld
+from sim_hw.interfaces import MotorReadings
 
 
 class Protection:
@@ -19,16 +19,12 @@ class Protection:
 
     Args:
         index: Its place in the world.
-        world: The motors.
         assumed: When a load is an overload.
         ratings: Of its motor.
     """
 
-    def __init__(
-        self, index: int, world: MotorWorld, assumed: ServoAssumed, ratings: MotorRatings
-    ) -> None:
+    def __init__(self, index: int, assumed: ServoAssumed, ratings: MotorRatings) -> None:
         self._index = index
-        self._world = world
         share = ratings.stall_current_a / MX_106.ratings.stall_current_a
         self._limit_a = share * assumed.overload_current_a
         self._limit_ns = round(assumed.overload_s * 1e9)
@@ -38,9 +34,11 @@ class Protection:
         """Forget how long the load has lasted."""
         self._since_ns = None
 
-    def errors(self, table: ControlTable, t_ns: int, *, torque: bool) -> int:
+    def errors(
+        self, table: ControlTable, t_ns: int, motors: MotorReadings, *, torque: bool
+    ) -> int:
         """Return the bits of Hardware Error Status that hold now."""
-        motors, i = self._world.motors(), self._index
+        i = self._index
         error = 0
         volts = motors.supply_v[i] / VOLTAGE_UNIT_V
         if not table.get("min_voltage_limit") <= volts <= table.get("max_voltage_limit"):

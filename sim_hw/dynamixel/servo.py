@@ -43,6 +43,7 @@ CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
 RETURN_DELAY = 0  # set up as recommended; 250 when new
 REVERSE, TIME_BASED = 0x01, 0x04  # bits of Drive Mode
 PROTOCOL = 2
+GOAL_ONLY = ["goal_position"]  # what a write of goals touches: nothing else of the loop has changed
 ACCELERATION_S = 0.064  # in which a count of acceleration makes a count of velocity
 LARGEST_OFFSET_IN_POSITION_MODE = 1024
 PROFILE_ONGOING_TICKS = 0.5  # the trajectory is farther than this from its goal
@@ -75,7 +76,7 @@ class VirtualServo:
     ) -> None:
         self.table = ControlTable(model, servo_id, baud_code, RETURN_DELAY, assumed)
         self._assumed = assumed
-        self._protection = Protection(index, world, assumed, model.ratings)
+        self._protection = Protection(index, assumed, model.ratings)
         self._index = index
         self._world = world
         self._firmware = firmware
@@ -126,13 +127,13 @@ class VirtualServo:
         """An instruction packet came by: the watchdog restarts."""
         self._heard_ns = t_ns
 
-    def check(self, t_ns: int) -> None:
-        """Look after the watchdog and the protections."""
+    def check(self, t_ns: int, motors: MotorReadings) -> None:
+        """Look after the watchdog and the protections, with the motors as they are now."""
         units = self.table.get("bus_watchdog")
         if units > 0 and self._torque and t_ns - self._heard_ns > units * WATCHDOG_UNIT_S * 1e9:
             self.table.set("bus_watchdog", -1)
             self._stop_motor()
-        error = self._protection.errors(self.table, t_ns, torque=self._torque)
+        error = self._protection.errors(self.table, t_ns, motors, torque=self._torque)
         if error:
             latched = self.table.get("hardware_error_status") | error
             self.table.set("hardware_error_status", latched)
@@ -184,9 +185,18 @@ class VirtualServo:
         if address >= RAM_FROM and data:
             self.write(address, data, t_ns)
 
-    def read(self, address: int, length: int, t_ns: int) -> tuple[int, bytes]:
-        """Return error number and bytes; measured registers are taken from the world now."""
-        self._measure(t_ns)
+    def read(
+        self, address: int, length: int, t_ns: int, motors: MotorReadings | None = None
+    ) -> tuple[int, bytes]:
+        """Return error number and bytes; measured registers are taken from the world now.
+
+        Args:
+            address: First byte.
+            length: How many.
+            t_ns: When it is asked.
+            motors: What the world's sensors give now, None to ask them.
+        """
+        self._measure(t_ns, self._world.motors() if motors is None else motors)
         data = self.table.read(address, length)
         return (int(data), b"") if isinstance(data, StatusError) else (0, data)
 
@@ -208,7 +218,10 @@ class VirtualServo:
         if "bus_watchdog" in touched:
             self._loop["stopped"][self._index] = False
             self._heard_ns = t_ns
-        self._sync_firmware()
+        if touched == GOAL_ONLY:
+            self._sync_goal()
+        else:
+            self._sync_firmware()
         return StatusError.NONE
 
     def _register_write(self, address: int, data: bytes) -> StatusError:
@@ -334,15 +347,20 @@ class VirtualServo:
     def _sync_firmware(self) -> None:
         """Copy the registers the control loop works from."""
         loop, i, get, sense = self._loop, self._index, self.table.get, self._sense
-        if not loop["stopped"][i]:
-            loop["goal_position"][i] = sense * (get("goal_position") - self._offset)
-        if not self._torque:
-            loop["goal_position"][i] = loop["trajectory"][i] = self._shaft()
         for name in COPIED:
             loop[name][i] = get(name)
         for name in TURNED:
             if name in self.table:
                 loop[name][i] = sense * get(name)
+        self._sync_goal()
+
+    def _sync_goal(self) -> None:
+        """Copy the goal, and where times are given instead of speeds, what follows from it."""
+        loop, i, get = self._loop, self._index, self.table.get
+        if not loop["stopped"][i]:
+            loop["goal_position"][i] = self._sense * (get("goal_position") - self._offset)
+        if not self._torque:
+            loop["goal_position"][i] = loop["trajectory"][i] = self._shaft()
         if get("drive_mode") & TIME_BASED:
             self._plan_by_time()
 
@@ -369,24 +387,24 @@ class VirtualServo:
         threshold = self.table.get("moving_threshold") * VELOCITY_UNIT_RAD_S
         return bool(abs(motors.rate_rad_s[self._index]) > threshold)
 
-    def _measure(self, t_ns: int) -> None:
+    def _measure(self, t_ns: int, motors: MotorReadings) -> None:
         """Fill the registers of what is measured."""
-        motors, loop, i, put = self._world.motors(), self._loop, self._index, self.table.set
+        loop, i, put = self._loop, self._index, self.table.set
         put("realtime_tick", (t_ns // 1_000_000) % 32768)
-        sense = self._sense
+        sense, offset, pwm = self._sense, self._offset, float(loop["pwm"][i])
         status = self._moving_status()
         put("moving", int(self._is_moving(motors) or bool(status & PROFILE_ONGOING)))
         put("moving_status", status)
-        put("present_pwm", round(sense * float(loop["pwm"][i])))
+        put("present_pwm", round(sense * pwm))
         if self.table.model.measures_current:
             counts = float(motors.current_a[i]) / self.table.model.current_unit_a
             put("present_current", round(sense * counts))
         else:
-            put("present_load", round(sense * float(loop["pwm"][i]) / DUTY_FULL / LOAD_UNIT))
+            put("present_load", round(sense * pwm / DUTY_FULL / LOAD_UNIT))
         put("present_velocity", round(sense * float(motors.rate_rad_s[i]) / VELOCITY_UNIT_RAD_S))
-        put("present_position", round(sense * float(motors.ticks[i])) + self._offset)
+        put("present_position", round(sense * float(motors.ticks[i])) + offset)
         put("velocity_trajectory", round(sense * self._planned_velocity()))
-        put("position_trajectory", round(sense * float(loop["trajectory"][i])) + self._offset)
+        put("position_trajectory", round(sense * float(loop["trajectory"][i])) + offset)
         put("present_input_voltage", round(float(motors.supply_v[i]) / VOLTAGE_UNIT_V))
         put("present_temperature", max(0, round(float(motors.temperature_c[i]))))
 

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from model.errors import ModelError
-from model.values.arrays import BoolArray, FloatArray, readonly
+from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.readings import BodyTruth
 from sim_hw.plant import foot_surface, leg_kernel
 from sim_hw.plant.ballast import (
@@ -206,6 +206,18 @@ class Plant:
             reaction = self._reaction
             force = force + (data.qfrc_constraint[self._foot_v] if reaction is None else reaction)
         self.foot_force_B = force / p.substeps
+
+    @property
+    def plain(self) -> bool:
+        """Whether a step is nothing but legs and MuJoCo: no gusts, ballast or changing friction."""
+        changing = self._varies or self._has_direction or self._gusts.blow
+        return not changing and self._ballast is None
+
+    def leg_arguments(self) -> tuple[FloatArray | IntArray, ...]:
+        """Return what ``turn_legs`` takes of this plant, without duties: motors to state; feet to MuJoCo's."""
+        feet = self._foot_q, self._foot_v, self._roll_v
+        mujocos = self._qpos, self._qvel, self._applied
+        return self._motors, self._geometry, self._rows, self._state, *feet, *mujocos
 
     def hitch(self, ballast: Ballast) -> None:
         """Let the body tow a ballast from now on."""

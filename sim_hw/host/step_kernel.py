@@ -1,0 +1,165 @@
+"""Firmware, legs and MuJoCo over several physics steps in one compiled call.
+
+The same kernels, in the same order, as ``World`` and ``Plant`` call them one at a time, so the result is the
+same bit for bit (``tests/sim_hw/test_step_kernel.py``); only the way between them through Python is saved,
+a third of a step. MuJoCo's own step is called by its address in the library that the bindings have loaded.
+"""
+
+import ctypes
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from model.compiled import COMPILED, COUNT, FLAG, NUMBER, compile_for, compiled, given, out
+from model.values.arrays import BoolArray, FloatArray, IntArray
+from sim_hw.dynamixel.firmware import SERVO, FirmwareBank, firmware_duties
+from sim_hw.plant.leg_kernel import CURRENT, turn_legs
+from sim_hw.plant.plant import Plant
+
+# Rows of ``scratch``: what firmware and motors are given and give in a step.
+GOAL, TICKS, RATE, AMPERE, DUTY = range(5)
+SCRATCH_ROWS = 5
+
+
+def mujoco_step_address() -> int:
+    """Return where ``mj_step`` is in memory."""
+    bindings = ctypes.CDLL(mujoco._functions.__file__)
+    return ctypes.cast(bindings.mj_step, ctypes.c_void_p).value or 0
+
+
+if COMPILED:
+    from llvmlite import ir
+    from numba import types
+    from numba.extending import intrinsic
+
+    def _mj_step(typing_context: Any, step: Any, model: Any, data: Any) -> Any:
+        """Call ``mj_step(model, data)``, all three given by their addresses."""
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            pointer = ir.IntType(8).as_pointer()
+            kind = ir.FunctionType(ir.VoidType(), [pointer, pointer])
+            function = builder.inttoptr(arguments[0], kind.as_pointer())
+            builder.call(function, [builder.inttoptr(one, pointer) for one in arguments[1:]])
+            return context.get_dummy_value()
+
+        return types.void(types.int64, types.int64, types.int64), generate
+
+    mj_step: Any = intrinsic(_mj_step)
+
+
+@compiled
+def run_steps(
+    count: int,
+    step: int,
+    addresses: IntArray,
+    dt_s: float,
+    substeps: int,
+    servo_substeps: int,
+    servos: Any,
+    mounting: FloatArray,
+    columns: IntArray,
+    motors: FloatArray,
+    geometry: FloatArray,
+    rows: FloatArray,
+    state: FloatArray,
+    foot_q: IntArray,
+    foot_v: IntArray,
+    roll_v: IntArray,
+    qpos: FloatArray,
+    qvel: FloatArray,
+    applied: FloatArray,
+    constraint: FloatArray,
+    scratch: FloatArray,
+    driven: BoolArray,
+    forces: FloatArray,
+) -> None:
+    """Take physics steps.
+
+    Args:
+        count: How many.
+        step: Number of the last step before them.
+        addresses: Of ``mj_step``, MuJoCo's model and its state, (3,).
+        dt_s: A step.
+        substeps: MuJoCo's steps in it.
+        servo_substeps: Steps of the legs in one of MuJoCo's.
+        servos: Records of the firmware, (N,); changed.
+        mounting: Zeros [ticks], ticks a radian, signs, (3, N).
+        columns: Of the angle and the speed in ``state`` that the firmware has, (2,).
+        motors: As ``turn_legs`` has it, with the arguments up to ``applied``.
+        constraint: MuJoCo's ``qfrc_constraint``.
+        scratch: (5, N); changed.
+        driven: (N,); changed.
+        forces: Ring of the ground's forces on the feet, a row a step, (K, N, 3) [N]; changed.
+    """
+    feet = len(foot_v)
+    for at in range(step + 1, step + 1 + count):
+        for k in range(len(servos)):
+            scratch[GOAL, k] = servos[k].goal_position
+            scratch[TICKS, k] = mounting[0, k] + mounting[1, k] * state[k, columns[0]]
+            scratch[RATE, k] = mounting[2, k] * state[k, columns[1]]
+            scratch[AMPERE, k] = mounting[2, k] * state[k, CURRENT]
+            driven[k] = servos[k].torque
+        firmware_duties(
+            servos, scratch[GOAL], scratch[TICKS], scratch[RATE], scratch[AMPERE], dt_s, scratch[DUTY]
+        )
+        for k in range(len(servos)):
+            scratch[DUTY, k] *= mounting[2, k]
+        force = forces[at % len(forces)]
+        force[:] = 0.0
+        for _ in range(substeps):
+            turn_legs(
+                dt_s / substeps, servo_substeps, motors, geometry, rows, state, scratch[DUTY], driven,
+                foot_q, foot_v, roll_v, qpos, qvel, applied,
+            )  # fmt: skip
+            mj_step(addresses[0], addresses[1], addresses[2])
+            for k in range(feet):
+                for axis in range(3):
+                    force[k, axis] += constraint[foot_v[k, axis]]
+        for k in range(feet):
+            for axis in range(3):
+                force[k, axis] /= substeps
+
+
+class CompiledSteps:
+    """Steps of one plant with one firmware.
+
+    Args:
+        plant: The plant.
+        firmware: Its servos' firmware.
+        mounting: Zeros [ticks], ticks a radian, signs, (3, N).
+        columns: Of the angle and the speed in the legs' state that the firmware has.
+    """
+
+    def __init__(
+        self, plant: Plant, firmware: FirmwareBank, mounting: FloatArray, columns: tuple[int, int]
+    ) -> None:
+        prepare()
+        self._firmware = firmware
+        p, data = plant.parameters, plant.data
+        self._before = (
+            np.array([mujoco_step_address(), plant.model._address, data._address]),
+            p.time_step_s, p.substeps, p.servo_substeps, firmware.servos, mounting,
+            np.array(columns), *plant.leg_arguments(), data.qfrc_constraint,
+            np.empty((SCRATCH_ROWS, p.legs)), np.empty(p.legs, dtype=np.bool_),
+        )  # fmt: skip
+
+    @property
+    def fits(self) -> bool:
+        """Whether goals reach the servos' loops as they were sent."""
+        return self._firmware.goal_path is None
+
+    def run(self, count: int, step: int, forces: FloatArray) -> None:
+        """Take steps; arguments as for ``run_steps``."""
+        run_steps(count, step, *self._before, forces)
+
+
+def prepare() -> None:
+    """Load or make the machine code, so that no step waits for it."""
+    if COMPILED:
+        compile_for(
+            run_steps, COUNT, COUNT, *given(1, kind=COUNT), NUMBER, COUNT, COUNT,
+            np.zeros(1, dtype=SERVO), *given(2), *given(1, kind=COUNT), *given(2, 2, 2), *out(2),
+            *given(2, 2, 1, kind=COUNT), *given(1, 1), *out(1), *given(1), *out(2),
+            *out(1, kind=FLAG), *out(3),
+        )  # fmt: skip
