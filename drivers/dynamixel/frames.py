@@ -65,7 +65,7 @@ class StatusError(enum.IntEnum):
     ACCESS = 7
 
 
-def _crc_of_pairs() -> array[int]:
+def _crc_of_pairs() -> "array[int]":
     """Return the CRC of every two bytes, the first one high: a frame takes half as many steps then."""
     value = np.arange(1 << 16, dtype=np.uint32)
     for _ in range(16):
