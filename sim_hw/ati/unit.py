@@ -129,6 +129,7 @@ class VirtualWnet:
         numbers = np.array(transducers, dtype=np.int64)
         self._used: IntArray = np.flatnonzero(numbers > 0)  # legs that have a transducer
         self._slots: IntArray = numbers[self._used] - 1
+        self._slot_list: list[int] = self._slots.tolist()
         self._random = np.random.default_rng(seed)
         self._noise = np.array(noise)
         self._unix_offset_ns = unix_offset_ns
@@ -215,23 +216,25 @@ class VirtualWnet:
         noise = self._random.standard_normal((TRANSDUCERS, AXES)) * self._noise
         sensed = wrench[self._used] + noise[self._slots]
         saturated[self._slots] = (np.abs(sensed) > RATING).any(axis=1)
-        for row, slot in enumerate(self._slots):
-            sensed[row] = self._filtered(self.state[slot], sensed[row])
+        for row, slot in enumerate(self._slot_list):
+            if self.state[slot].filter != USUAL_FILTER:
+                sensed[row] = self._filtered(self.state[slot], sensed[row])
         bounded = np.minimum(np.maximum(sensed, -RATING), RATING)
         counts[self._slots] = np.rint(bounded * COUNTS_PER_UNIT)
-        for slot in self._slots:
+        for slot in self._slot_list:
             bias = self.state[slot].bias
             if bias is not None:
                 counts[slot] -= bias
-        present = np.array([state.powered for state in self.state])
+        powered = [state.powered for state in self.state]
+        present = np.array(powered)
         self._sequence = (self._sequence + 1) % U32
         record = ForceRecord(
             t_ns=t_ns,
             device_ticks=device_ticks(t_ns + self._unix_offset_ns),
             sequence=self._sequence,
-            status=np.array(_status_words(present, saturated, self.assumed.extra_status)),
+            status=np.array(_status_words(powered, saturated.tolist(), self.assumed.extra_status)),
             battery=self.assumed.battery,
-            mask=int(sum(1 << i for i in range(TRANSDUCERS) if present[i])),
+            mask=sum(1 << i for i, on in enumerate(powered) if on),
             counts=counts,
             present=present,
             saturated=saturated,
@@ -242,8 +245,6 @@ class VirtualWnet:
     def _filtered(self, state: TransducerState, sensed: FloatArray) -> FloatArray:
         """What the transducer's filter makes of a sample: a first-order lag of the filter's mean delay."""
         kind, taps = state.filter
-        if state.filter == USUAL_FILTER:
-            return sensed
         adc_hz = self.rate_hz * self.oversampling
         delay_s = (taps if kind == "IIR" else (taps - 1) / 2) / adc_hz
         share = 1.0 - math.exp(-1.0 / (self.rate_hz * delay_s)) if delay_s > 0 else 1.0
@@ -263,7 +264,7 @@ class VirtualWnet:
         state.bias = np.rint(seen).astype(np.int64) + older
 
 
-def _status_words(present: np.ndarray, saturated: np.ndarray, extra: int) -> list[int]:
+def _status_words(present: list[bool], saturated: list[bool], extra: int) -> list[int]:
     words = []
     for half in (0, 3):
         word = 0

@@ -49,6 +49,7 @@ from sim_hw.plant.parameters import Disturbance, GroundParameters, PlantParamete
 SETTLING_S = 1.5
 # A foot that carries less than this is in the air.
 CONTACT_FORCE_N = 1e-3
+SCALAR_LAST = np.array([1, 2, 3, 0])  # of a quaternion, which MuJoCo has with its scalar first
 
 
 class Plant:
@@ -269,7 +270,7 @@ class Plant:
         """Return the body's position and quaternion x y z w, and the feet, in the world."""
         self.refresh()
         data = self.data
-        quaternion = np.roll(data.xquat[self._torso], -1)
+        quaternion = data.xquat[self._torso][SCALAR_LAST]
         return data.xpos[self._torso], quaternion, data.xpos[self._foot_body]
 
     def marker_places(self, share: float) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -29,7 +29,7 @@ def test_a_watchdog_that_sleeps_is_named() -> None:
     bench.bus.torque_off()
     deaf = bench.servos.servos[4]
     check = deaf.check
-    deaf.check = lambda t_ns: None  # type: ignore[method-assign]  # never looks at the time
+    deaf.check = lambda t_ns, motors: None  # type: ignore[method-assign]  # never looks at the time
     proof = prove_watchdog(bench.bus)
     deaf.check = check  # type: ignore[method-assign]
     assert proof.asleep == ("MR",)
