@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 from dynamixel_sdk import COMM_SUCCESS
+from numpy.typing import NDArray
 
 from drivers.clock import Clock
 from drivers.dynamixel.catalog import COMMON, CURRENT_OR_LOAD, READ_ADDRESS, READ_LENGTH
@@ -49,6 +50,7 @@ TORQUE_ON_READS = 5
 LONGEST_LEAD = 8
 # Twice what a servo's goal can reach: still a number of ticks, and refused as one.
 BEYOND_ALL_TURNS_RAD = 2 * EXTENDED_POSITION_LIMIT / TICKS_PER_TURN * 2 * np.pi
+NOTHING_READ = bytes(READ_LENGTH)
 # Register 70 of one servo is read once in so many reads; a new alert is looked into at once.
 POLL_EVERY_READS = 10
 
@@ -160,15 +162,16 @@ class ServoBus:
         valid: BoolArray = np.array([answer.data is not None for answer in answers])
         self._seen_ns = np.where(valid, t_ns, self._seen_ns)
         self._poll_hardware_error(answers)
+        table = _table(answers)
         age_ns = np.where(self._seen_ns == NEVER, NEVER, t_ns - self._seen_ns)
         return ServoReadings(
             t_ns=t_ns,
-            position_ticks=self._unshifted(_column(answers, COMMON["present_position"]), valid),
-            velocity_counts=_column(answers, COMMON["present_velocity"]),
-            current_counts=_column(answers, CURRENT_OR_LOAD),
-            duty_counts=_column(answers, COMMON["present_pwm"]),
-            voltage_counts=_column(answers, COMMON["present_input_voltage"]),
-            temperature_c=_column(answers, COMMON["present_temperature"]),
+            position_ticks=self._unshifted(_column(table, COMMON["present_position"]), valid),
+            velocity_counts=_column(table, COMMON["present_velocity"]),
+            current_counts=_column(table, CURRENT_OR_LOAD),
+            duty_counts=_column(table, COMMON["present_pwm"]),
+            voltage_counts=_column(table, COMMON["present_input_voltage"]),
+            temperature_c=_column(table, COMMON["present_temperature"]),
             error_byte=readonly(np.array([answer.error for answer in answers], dtype=np.int64)),
             hardware_error=readonly(self._hardware_error.copy()),
             valid=readonly(valid),
@@ -379,9 +382,15 @@ class ServoBus:
         return ", ".join(leg for leg, here in zip(self.settings.names, where, strict=True) if here)
 
 
-def _column(answers: Sequence[ServoAnswer], register: Register) -> IntArray:
+def _table(answers: Sequence[ServoAnswer]) -> NDArray[np.uint8]:
+    """Return the registers of the loop, a row an answer and zeros where there is none, (N, bytes)."""
+    rows = [NOTHING_READ if answer.data is None else answer.data for answer in answers]
+    return np.frombuffer(b"".join(rows), dtype=np.uint8).reshape(len(rows), READ_LENGTH)
+
+
+def _column(table: NDArray[np.uint8], register: Register) -> IntArray:
     """Return one register of every answer, 0 where there is none."""
     span = slice(register.address - READ_ADDRESS, register.end - READ_ADDRESS)
-    values = [0 if a.data is None else register.decode(a.data[span]) for a in answers]
-    column: IntArray = readonly(np.array(values, dtype=np.int64))
+    values = table[:, span].copy().view(f"<{'i' if register.signed else 'u'}{register.size}")
+    column: IntArray = readonly(values[:, 0].astype(np.int64))
     return column

@@ -97,6 +97,8 @@ def unstuff(payload: bytes) -> bytes:
     Raises:
         ValueError: An ``FF FF FD`` is not followed by ``FD``; no sender stuffs like that.
     """
+    if STUFFING_MARK not in payload:
+        return payload
     parts = payload.split(STUFFING_MARK)
     for part in parts[1:]:
         if not part.startswith(b"\xfd"):

@@ -11,6 +11,7 @@ old id is assumed.
 from collections import defaultdict, deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 from drivers.dynamixel.catalog import MX_106
@@ -241,6 +242,8 @@ class VirtualServoBus:
 
     def replies(self, t_ns: int) -> bytes:
         """Return the bytes of all replies complete by a time."""
+        if not self._replies or self._replies[0].t_ns > t_ns:
+            return b""
         return b"".join(reply.data for reply in self.due(t_ns))
 
     def due(self, t_ns: int) -> list[Reply]:
@@ -382,6 +385,7 @@ def garbled(data: bytes) -> bytes:
     return bytes(byte ^ 0xAA for byte in data)
 
 
+@lru_cache(maxsize=1024)
 def wire_ns(count: int, baud_rate: int) -> int:
     """Return how long so many bytes take on the wire [ns]."""
     return round(count * BITS_PER_BYTE * 1e9 / baud_rate)

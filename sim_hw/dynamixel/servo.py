@@ -390,6 +390,7 @@ class VirtualServo:
     def _measure(self, t_ns: int, motors: MotorReadings) -> None:
         """Fill the registers of what is measured."""
         loop, i, put = self._loop, self._index, self.table.set
+        rate_rad_s, trajectory = float(motors.rate_rad_s[i]), float(loop["trajectory"][i])
         put("realtime_tick", (t_ns // 1_000_000) % 32768)
         sense, offset, pwm = self._sense, self._offset, float(loop["pwm"][i])
         status = self._moving_status()
@@ -401,10 +402,10 @@ class VirtualServo:
             put("present_current", round(sense * counts))
         else:
             put("present_load", round(sense * pwm / DUTY_FULL / LOAD_UNIT))
-        put("present_velocity", round(sense * float(motors.rate_rad_s[i]) / VELOCITY_UNIT_RAD_S))
+        put("present_velocity", round(sense * rate_rad_s / VELOCITY_UNIT_RAD_S))
         put("present_position", round(sense * float(motors.ticks[i])) + offset)
         put("velocity_trajectory", round(sense * self._planned_velocity()))
-        put("position_trajectory", round(sense * float(loop["trajectory"][i])) + offset)
+        put("position_trajectory", round(sense * trajectory) + offset)
         put("present_input_voltage", round(float(motors.supply_v[i]) / VOLTAGE_UNIT_V))
         put("present_temperature", max(0, round(float(motors.temperature_c[i]))))
 
