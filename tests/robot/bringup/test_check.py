@@ -101,7 +101,7 @@ def test_armed_proves_the_watchdog_and_leaves_torque_off() -> None:
 
 def test_a_watchdog_that_does_not_trip_fails() -> None:
     bench = make_bench(ready)
-    bench.servos.servos[3].check = lambda t_ns: None  # type: ignore[method-assign]
+    bench.servos.servos[3].check = lambda t_ns, motors: None  # type: ignore[method-assign]
     found = servos(bench, armed=True)["watchdog"]
     assert found.verdict is FAIL
     assert "HR" in found.found
