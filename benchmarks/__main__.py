@@ -14,6 +14,7 @@ NAMES = {
     "legs": "benchmarks.legs",
     "parallel": "benchmarks.parallel",
     "loop": "benchmarks.loop_cost",
+    "virtual_time": "benchmarks.virtual_time",
     "chain": "benchmarks.chain_tick",
     "log_size": "benchmarks.log_size",
     "twin": "benchmarks.twin",

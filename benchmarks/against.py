@@ -1,7 +1,8 @@
 """What a tick costs here and in another checkout, in turns: ``python -m benchmarks.against OTHER``.
 
 Each round starts one process in either checkout, so that what else runs on the computer meets both alike.
-``loop`` is that of ``python -m benchmarks``. Two logs more, one that each checkout has made (``bigant sim
+``loop`` is that of ``python -m benchmarks``; ``--benchmark`` names another whose lines begin with
+microseconds and which both checkouts have. Two logs more, one that each checkout has made (``bigant sim
 run --out walk.mcap``), and ``bigant replay`` is timed as well. Prints medians, and the median ratio of the
 rounds.
 """
@@ -32,9 +33,9 @@ def output(checkout: Path, *arguments: str) -> str:
     return done.stdout
 
 
-def figures(checkout: Path, log: Path | None) -> dict[str, float]:
+def figures(checkout: Path, log: Path | None, benchmark: str) -> dict[str, float]:
     """One round in one checkout: microseconds by what they are spent on, and the speed of a replay."""
-    text = output(checkout, "-m", "benchmarks", "loop")
+    text = output(checkout, "-m", "benchmarks", benchmark)
     rows = {label: float(us) for us, label in re.findall(r"^ *(\d+) us  (.*)$", text, re.MULTILINE)}
     if log is not None:
         text = output(checkout, "-c", MAIN, "replay", str(log))
@@ -48,10 +49,14 @@ def main() -> None:
     parser.add_argument("other", type=Path, help="the other checkout")
     parser.add_argument("logs", nargs="*", type=Path, help="a log of this one and one of the other")
     parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--benchmark", default="loop", help="default: loop")
     options = parser.parse_args()
     logs = options.logs or [None, None]
     rounds = [
-        (figures(HERE, logs[0]), figures(options.other.resolve(), logs[1]))
+        tuple(
+            figures(where, log, options.benchmark)
+            for where, log in zip((HERE, options.other.resolve()), logs, strict=True)
+        )
         for _ in range(options.rounds)
     ]
     for label in rounds[0][0]:
