@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 HEADER = b"\xff\xff\xfd\x00"
 STUFFING_MARK = b"\xff\xff\xfd"
@@ -67,7 +68,7 @@ class StatusError(enum.IntEnum):
 
 def _crc_of_pairs() -> "array[int]":
     """Return the CRC of every two bytes, the first one high: a frame takes half as many steps then."""
-    value = np.arange(1 << 16, dtype=np.uint32)
+    value: NDArray[np.int64] = np.arange(1 << 16, dtype=np.int64)
     for _ in range(16):
         value = np.where(value & 0x8000, value << 1 ^ 0x8005, value << 1) & 0xFFFF
     return array("H", value.astype(np.uint16).tobytes())

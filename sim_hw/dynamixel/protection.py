@@ -34,9 +34,7 @@ class Protection:
         """Forget how long the load has lasted."""
         self._since_ns = None
 
-    def errors(
-        self, table: ControlTable, t_ns: int, motors: MotorReadings, *, torque: bool
-    ) -> int:
+    def errors(self, table: ControlTable, t_ns: int, motors: MotorReadings, *, torque: bool) -> int:
         """Return the bits of Hardware Error Status that hold now."""
         i = self._index
         error = 0

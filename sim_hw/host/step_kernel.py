@@ -1,8 +1,8 @@
 """Firmware, legs and MuJoCo over several physics steps in one compiled call.
 
-The same kernels, in the same order, as ``World`` and ``Plant`` call them one at a time, so the result is the
-same bit for bit (``tests/sim_hw/test_step_kernel.py``); only the way between them through Python is saved,
-a third of a step. MuJoCo's own step is called by its address in the library that the bindings have loaded.
+The same kernels, in the same order, as ``World`` and ``Plant`` call them one at a time, so the result is
+the same bit for bit (``tests/sim_hw/test_step_kernel.py``); only the way between them through Python is
+saved. MuJoCo's own step is called by its address in the library that the bindings have loaded.
 """
 
 import ctypes
@@ -29,14 +29,15 @@ def mujoco_step_address() -> int:
 
 
 if COMPILED:
-    from llvmlite import ir
     from numba import types
+    from numba.core import cgutils
     from numba.extending import intrinsic
 
     def _mj_step(typing_context: Any, step: Any, model: Any, data: Any) -> Any:
         """Call ``mj_step(model, data)``, all three given by their addresses."""
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            ir: Any = cgutils.ir  # has no types
             pointer = ir.IntType(8).as_pointer()
             kind = ir.FunctionType(ir.VoidType(), [pointer, pointer])
             function = builder.inttoptr(arguments[0], kind.as_pointer())
@@ -86,7 +87,16 @@ def run_steps(
         servos: Records of the firmware, (N,); changed.
         mounting: Zeros [ticks], ticks a radian, signs, (3, N).
         columns: Of the angle and the speed in ``state`` that the firmware has, (2,).
-        motors: As ``turn_legs`` has it, with the arguments up to ``applied``.
+        motors: Of ``turn_legs``, as all up to ``applied``.
+        geometry: Of ``turn_legs``.
+        rows: Of ``turn_legs``.
+        state: Of ``turn_legs``; changed.
+        foot_q: Of ``turn_legs``.
+        foot_v: Of ``turn_legs``.
+        roll_v: Of ``turn_legs``.
+        qpos: Of ``turn_legs``; changed.
+        qvel: Of ``turn_legs``; changed.
+        applied: Of ``turn_legs``; changed.
         constraint: MuJoCo's ``qfrc_constraint``.
         scratch: (5, N); changed.
         driven: (N,); changed.
@@ -101,7 +111,13 @@ def run_steps(
             scratch[AMPERE, k] = mounting[2, k] * state[k, CURRENT]
             driven[k] = servos[k].torque
         firmware_duties(
-            servos, scratch[GOAL], scratch[TICKS], scratch[RATE], scratch[AMPERE], dt_s, scratch[DUTY]
+            servos,
+            scratch[GOAL],
+            scratch[TICKS],
+            scratch[RATE],
+            scratch[AMPERE],
+            dt_s,
+            scratch[DUTY],
         )
         for k in range(len(servos)):
             scratch[DUTY, k] *= mounting[2, k]
@@ -151,7 +167,8 @@ class CompiledSteps:
 
     def run(self, count: int, step: int, forces: FloatArray) -> None:
         """Take steps; arguments as for ``run_steps``."""
-        run_steps(count, step, *self._before, forces)
+        steps: Any = run_steps  # the checker cannot count arguments that are in a tuple
+        steps(count, step, *self._before, forces)
 
 
 def prepare() -> None:

@@ -215,7 +215,7 @@ class Plant:
         return not changing and self._ballast is None
 
     def leg_arguments(self) -> tuple[FloatArray | IntArray, ...]:
-        """Return what ``turn_legs`` takes of this plant, without duties: motors to state; feet to MuJoCo's."""
+        """Return what ``turn_legs`` takes of this plant, but for duties and steps, in its order."""
         feet = self._foot_q, self._foot_v, self._roll_v
         mujocos = self._qpos, self._qvel, self._applied
         return self._motors, self._geometry, self._rows, self._state, *feet, *mujocos
