@@ -37,7 +37,7 @@ if COMPILED:
         """Call ``mj_step(model, data)``, all three given by their addresses."""
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            ir: Any = cgutils.ir  # has no types
+            ir = cgutils.ir  # type: ignore[attr-defined]  # has no types
             pointer = ir.IntType(8).as_pointer()
             kind = ir.FunctionType(ir.VoidType(), [pointer, pointer])
             function = builder.inttoptr(arguments[0], kind.as_pointer())
