@@ -207,6 +207,7 @@ def test_pages_print(pages: dict[str, str], tmp_path: Path) -> None:
     assert 20_000 < out.stat().st_size < 2_000_000
 
 
+@pytest.mark.soak  # its pages are made there anyway, and take eight seconds
 def test_pages_share_one_frame_and_load_nothing(
     pages: dict[str, str], still: dict[str, str]
 ) -> None:
