@@ -11,6 +11,7 @@ from gap.search.screen import Gain, Signatures, gains
 MOST = 5
 GREEDY_NATS = 2.0
 RIDGE = 1e-9
+COLUMNS = 4096  # that are turned into double precision at a time
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +73,12 @@ def _all_at_once(
     owners = [one.candidate.family for one in smooth for _ in one.rows]
     if not rows:
         return ()
-    matrix = signatures.matrix[rows].astype(np.float64)
-    gram = matrix @ matrix.T
+    gram, pull, goal = np.zeros((len(rows),) * 2), np.zeros(len(rows)), evidence.base.ravel()
+    for at in range(0, len(goal), COLUMNS):
+        matrix = signatures.matrix[rows, at : at + COLUMNS].astype(np.float64)
+        gram += matrix @ matrix.T
+        pull += matrix @ goal[at : at + COLUMNS]
     gram += RIDGE * np.trace(gram) / len(rows) * np.eye(len(rows))
-    sizes = np.abs(np.linalg.solve(gram, matrix @ evidence.base.ravel()))
+    sizes = np.abs(np.linalg.solve(gram, pull))
     order = np.argsort(-sizes, kind="stable")
     return tuple(dict.fromkeys(owners[i] for i in order[:1]))

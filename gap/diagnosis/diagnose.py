@@ -1,7 +1,6 @@
 """The diagnosis: is there a gap, where, which effect, how far it shrinks, what to run next."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,8 +21,8 @@ from gap.diagnosis.where import where
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
 from gap.interfaces import Cause, Drive, Proposal, Simulator
-from gap.residuals.cluster import ClusterPredictions
 from gap.residuals.energies import chance_of_energies
+from gap.residuals.predictions import PredictsElsewhere
 from gap.search.candidates import Candidate
 from gap.search.cross_validation import unseen_residual
 from gap.search.look import Selection
@@ -46,7 +45,7 @@ def diagnose(
     trials: Sequence[Trial],
     simulator: Simulator,
     references: Sequence[Trial] = (),
-    executor: Executor | ClusterPredictions | None = None,
+    elsewhere: PredictsElsewhere | None = None,
     progress: Progress = silent,
     seed: int = 0,
     proposer: Proposer | None = None,
@@ -57,7 +56,7 @@ def diagnose(
         trials: Measured runs.
         simulator: The simulator under diagnosis.
         references: Runs of the same machine assumed healthy; what they show is subtracted.
-        executor: Made by ``gap.residuals.predictions.prediction_pool`` with the same trials, or a cluster;
+        elsewhere: Made by ``gap.residuals.pool.prediction_pool`` with the same trials, or a cluster;
             None uses this process.
         progress: Gets what is being done, and the share of the whole that is done.
         seed: Of every random draw; the same seed gives the same diagnosis.
@@ -66,7 +65,7 @@ def diagnose(
     Raises:
         GapError: There are no trials, or nothing in them can be compared.
     """
-    study = make_study(trials, simulator, references, executor)
+    study = make_study(trials, simulator, references, elsewhere)
     return diagnose_study(study, progress, seed, proposer)
 
 

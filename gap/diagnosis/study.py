@@ -5,7 +5,6 @@ baseline (noise, repeatability, the references' misfit) is measured when it is f
 """
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -13,13 +12,12 @@ import numpy as np
 
 from gap.constants import ASSUMED_MISFIT, MOST_INFLATION
 from gap.interfaces import Cause, Drive, Simulator
-from gap.residuals.cluster import ClusterPredictions
 from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
 from gap.residuals.floor import Floor, make_floor, rms
 from gap.residuals.healthy import Healthy, healthy_runs
 from gap.residuals.hold_out import HoldOut
 from gap.residuals.parts import TrialPart, split, whole_parts
-from gap.residuals.predictions import Predictor
+from gap.residuals.predictions import Predictor, PredictsElsewhere
 from model.errors import GapError
 from record.trial.trial import Trial
 
@@ -130,7 +128,7 @@ def make_study(
     trials: Sequence[Trial],
     simulator: Simulator,
     references: Sequence[Trial] = (),
-    executor: Executor | ClusterPredictions | None = None,
+    elsewhere: PredictsElsewhere | None = None,
     hold_out: HoldOut | None = None,
 ) -> Study:
     """Observe trials and references, and hold some of the trials out; arguments as of ``diagnose``.
@@ -144,4 +142,4 @@ def make_study(
         raise GapError("there is no trial to diagnose; give at least one")
     fitted, held = split(simulator, trials, hold_out)
     known = whole_parts(simulator, references, len(trials))
-    return Study(Predictor(simulator, (*trials, *references), executor), fitted, held, known)
+    return Study(Predictor(simulator, (*trials, *references), elsewhere), fitted, held, known)

@@ -8,7 +8,8 @@ import numpy as np
 
 from gap.interfaces import Cause, Drive, Simulator, reach_of
 from gap.residuals.floor import Floor
-from gap.residuals.predictions import Misfit, PredictionRequest, Predictor
+from gap.residuals.pool import PredictionRequest
+from gap.residuals.predictions import Misfit, Predictor
 from gap.search.candidates import Candidate, starts_of, stepped
 from gap.search.fit import PLAIN, fit_causes
 from model.values.arrays import FloatArray

@@ -15,7 +15,8 @@ from gap.constants import NO_ANSWER, TAIL, WHOLE_SHARE
 from gap.interfaces import Cause, Drive, reach_of
 from gap.residuals.floor import Floor
 from gap.residuals.parts import TrialPart, block_starts, folds_of
-from gap.residuals.predictions import Misfit, PredictionRequest, Predictor
+from gap.residuals.pool import PredictionRequest
+from gap.residuals.predictions import Misfit, Predictor
 from gap.residuals.whitening import Whitener, make_whitener
 from model.values.arrays import FloatArray, IntArray
 

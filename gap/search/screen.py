@@ -1,8 +1,9 @@
 """Signatures of every candidate by finite differences, and how much each would gain to first order."""
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from model.values.arrays import FloatArray
 
 SILENT = 1e-6  # share of the independent frames below which a signature is none
 BATCH = 16
+ROOM = 512  # rows of signatures, at first: address space until they are made
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,24 +83,20 @@ def make_signatures(
         )
     )
     each: list[Signature] = []
-    later: list[tuple[Candidate, tuple[float, ...], tuple[int, ...]]] = []
+    later: list[_Start] = []
     for one in candidates:
         own = tuple(itertools.islice(at_neutral, len(one.neutral)))
         live = tuple(i for i, row in enumerate(own) if rows.seen(row))
         if acting[one.effect.name]:
-            later.append((one, one.neutral, live))
+            later.append(_Start(one, one.neutral, live))
         elif own and len(live) == len(own):
             each.append(Signature(one, one.neutral, live, own, -1))
         else:
             silent = [i not in live for i in range(len(own))]
             starts = starts_of(one.effect, silent, evidence.reach_m)
-            later += [(one, start, live) for start in starts]
-    for number, (one, start, live) in enumerate(later):
-        made = rows.about(one, start, live)
-        if made is not None:
-            each.append(made)
-            progress(0.7 + 0.3 * (number + 1) / len(later))
-    return Signatures(tuple(each), np.array(rows.rows, dtype=np.float32))
+            later += [_Start(one, start, live) for start in starts]
+    each += rows.about(later, lambda share: progress(0.7 + 0.3 * share))
+    return Signatures(tuple(each), rows.all)
 
 
 def _spreads(one: Candidate, i: int, step: float) -> float:
@@ -106,11 +104,21 @@ def _spreads(one: Candidate, i: int, step: float) -> float:
     return step / one.effect.parameters[i].spread or 1.0
 
 
+class _Start(NamedTuple):
+    """Values away from neutral about which a candidate is differenced, and its parameters seen there."""
+
+    candidate: Candidate
+    values: tuple[float, ...]
+    live: tuple[int, ...]
+
+
 class _Rows:
     """Whitened changes of the prediction, as they are made."""
 
     def __init__(self, evidence: Evidence, standing: tuple[Cause, ...]) -> None:
-        self.rows: list[NDArray[np.float32]] = []
+        # hundreds of megabytes, which are not to be copied more often than they must
+        self._room = np.empty((ROOM, evidence.base.size), dtype=np.float32)
+        self._count = 0
         self._evidence, self._standing = evidence, standing
         self._base = evidence.residuals([standing])[0]
         self._least = SILENT * max(float(evidence.count.sum()), 1.0)
@@ -122,38 +130,72 @@ class _Rows:
         progress: Callable[[float], None] = lambda share: None,
     ) -> list[int]:
         """Predict candidates at values, keep the changes over their steps, and return their rows."""
-        first = len(self.rows)
+        first = self._count
         for at in range(0, len(wanted), BATCH):
             sets = [(*self._standing, one.cause(v)) for one, v in wanted[at : at + BATCH]]
             for i, residual in enumerate(self._evidence.residuals(sets), at):
                 change = self._base - residual
-                self.rows.append((change / (steps[i] if steps else 1.0)).astype(np.float32).ravel())
+                self._append(change, steps[i] if steps else 1.0)
             progress(min(1.0, (at + BATCH) / len(wanted)))
-        return list(range(first, len(self.rows)))
+        return list(range(first, self._count))
+
+    def _append(self, change: FloatArray, step: float) -> None:
+        if self._count == len(self._room):
+            grown = np.empty((2 * self._count, self._room.shape[1]), dtype=np.float32)
+            grown[: self._count] = self._room
+            self._room = grown
+        np.divide(change.ravel(), step, out=self._room[self._count], casting="same_kind")
+        self._count += 1
+
+    @property
+    def all(self) -> NDArray[np.float32]:
+        """Every row that was made, (rows, F C)."""
+        return self._room[: self._count]
 
     def seen(self, row: int) -> bool:
         """Whether a row is more than nothing."""
-        return float(self.rows[row] @ self.rows[row]) > self._least
+        return float(self._room[row] @ self._room[row]) > self._least
 
-    def about(
-        self, one: Candidate, start: tuple[float, ...], live: tuple[int, ...]
+    def about(self, starts: Sequence[_Start], progress: Callable[[float], None]) -> list[Signature]:
+        """Make signatures about starts away from neutral, of those where something happens."""
+        offsets = self.add(
+            [(one.candidate, one.values) for one in starts],
+            progress=lambda share: progress(0.2 * share),
+        )
+        wanted: list[tuple[Candidate, tuple[float, ...]]] = []
+        about: list[tuple[_Start, int, tuple[int, ...]]] = []
+        for start, offset in zip(starts, offsets, strict=True):
+            if start.live or self.seen(offset):
+                values, parameters = start.values, start.candidate.effect.parameters
+                rest = (i for i in range(len(values)) if i not in start.live)
+                about.append((start, offset, (*start.live, *rest)))
+                wanted += [
+                    (start.candidate, stepped(parameters, values, i, STEP)) for i in about[-1][2]
+                ]
+        made = self.add(wanted, progress=lambda share: progress(0.2 + 0.8 * share))
+        rows = iter(zip(made, wanted, strict=True))
+        each = (self._signature(s, offset, order, rows) for s, offset, order in about)
+        return [one for one in each if one is not None]
+
+    def _signature(
+        self,
+        start: _Start,
+        offset: int,
+        order: tuple[int, ...],
+        made: Iterator[tuple[int, tuple[Candidate, tuple[float, ...]]]],
     ) -> Signature | None:
-        """Make a signature about a start away from neutral; None where nothing happens."""
-        offset = self.add([(one, start)])[0]
+        """Make one of the row of its start and the next rows of moves from there; None for nothing."""
+        own: list[int] = []
+        for i, (row, (one, values)) in zip(order, made, strict=False):
+            step = _spreads(one, i, values[i] - start.values[i])
+            self._room[row] = (self._room[row] - self._room[offset]) / np.float32(step)
+            own.append(row)
+        keep = [k for k, row in enumerate(own) if self.seen(row)]
         acts = self.seen(offset)
-        if not live and not acts:
-            return None
-        order = (*live, *(i for i in range(len(start)) if i not in live))
-        moves = [stepped(one.effect.parameters, start, i, STEP) for i in order]
-        made = self.add([(one, values) for values in moves])
-        for i, row, values in zip(order, made, moves, strict=True):
-            step = _spreads(one, i, values[i] - start[i])
-            self.rows[row] = (self.rows[row] - self.rows[offset]) / np.float32(step)
-        keep = [k for k, row in enumerate(made) if self.seen(row)]
         if not keep and not acts:
             return None
-        rows = tuple(made[k] for k in keep)
-        return Signature(one, start, tuple(order[k] for k in keep), rows, offset if acts else -1)
+        live, rows = tuple(order[k] for k in keep), tuple(own[k] for k in keep)
+        return Signature(start.candidate, start.values, live, rows, offset if acts else -1)
 
 
 def gains(signatures: Signatures, residual: FloatArray, weights: FloatArray) -> list[Gain]:

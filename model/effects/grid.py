@@ -83,8 +83,8 @@ class Grid:
 def down(values: FloatArray) -> FloatArray:
     """Average from the working grid to that of the channels, (W, ...) to (F, ...)."""
     wide = np.concatenate([values[:1], values, values[-1:]])
-    averaged: FloatArray = DOWN[0] * (wide[:-2] + wide[2:]) + DOWN[1] * values
-    return averaged[::2]
+    averaged: FloatArray = DOWN[0] * (wide[:-2:2] + wide[2::2]) + DOWN[1] * values[::2]
+    return averaged
 
 
 def body_velocity(grid: Grid, pose: FloatArray) -> FloatArray:

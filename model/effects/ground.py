@@ -1,6 +1,6 @@
 """Support, friction and external forces of a legged robot: feet to loads, pose and velocity."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,9 +21,13 @@ from model.effects.signals import FrictionSignals, MotionSignals, SupportSignals
 from model.motion.se2 import turned
 from model.support.frames import SupportSolutions, solve_support_frames
 from model.traction.coulomb_kernel import FootLaw
-from model.traction.frames import REST_SPEED_M_S, SlidingFeet, solve_traction_frames
+from model.traction.frames import REST_SPEED_M_S, SlidingFeet
 from model.values.arrays import BoolArray, FloatArray, IntArray
 
+STANDS_ON = frozenset({
+    "leg_length", "ground_step", "ground_stiffness", "chassis_twist", "leg_stiffness", "com_offset",
+    "payload", "ground_slope", "tether_force", "drag", "inertia_lag",
+})  # fmt: skip
 EDGE_M = 0.004  # over which an edge in the floor is rounded, so that fits can move it
 TWIST_PASSES = 40
 TWIST_CONVERGED_RAD = 1e-11
@@ -86,6 +90,12 @@ def leg_stiffness(machine: LeggedMachine, settings: Settings) -> FloatArray:
     """Springs of the legs alone, (N,) [N/m]."""
     stiffness: FloatArray = machine.contact.stiffness * settings.each("leg_stiffness")[0]
     return stiffness
+
+
+def stands_on(settings: Settings) -> Settings:
+    """Return the part of settings that ``stand`` looks at, all else neutral."""
+    acting = tuple(one for one in settings.acting if one[0] in STANDS_ON)
+    return replace(settings, acting=acting, added=settings.at("support"))
 
 
 def stand(
@@ -244,7 +254,7 @@ def slide(
     signals = settings.acted("external", settings.acted("friction", signals))
     coulomb = settings.has("coulomb_friction")
     law = FootLaw(coulomb, REST_SPEED_M_S, *settings.whole("stiction"))
-    traction = solve_traction_frames(
+    traction = scene.solve(
         SlidingFeet(
             signals.feet_m, signals.speed_m_s, signals.mu * signals.load_n, signals.anisotropy_B
         ),
@@ -253,8 +263,10 @@ def slide(
         grid.period_s,
         _give(scene, points[..., 2], shaft_give_m_n),
     )
-    motion = settings.acted("dynamics", MotionSignals(grid.time_s, _held(traction.velocity_B)))
-    velocity = np.where(traction.valid[:, None], motion.velocity_B, np.nan)
+    velocity = traction.velocity_B
+    if settings.at("dynamics"):
+        motion = settings.acted("dynamics", MotionSignals(grid.time_s, _held(velocity)))
+        velocity = np.where(traction.valid[:, None], motion.velocity_B, np.nan)
     return Sliding(traction.force_xy_B, velocity)
 
 

@@ -9,7 +9,7 @@ from model.effects.grid import TWIST_WINDOW_S, Grid
 from model.effects.machine import LeggedMachine
 from model.effects.settings import Settings
 from model.motion.se2 import turned
-from model.traction.frames import Inertia, Pushes
+from model.traction.frames import Inertia, Pushes, TractionSolver, solve_traction_frames
 from model.values.arrays import FloatArray
 
 # A body that friction mu M g holds at this slip takes its time constant to follow.
@@ -23,13 +23,15 @@ DEVIATION_S = 1.0
 class Scene:
     """W frames of a robot on its ground.
 
-    Only effects that are bound to a place need the world: x, y, yaw of the body, (W, 3).
+    Only effects that are bound to a place need the world: x, y, yaw of the body, (W, 3). What balances the
+    feet may know answers that it gave before.
     """
 
     machine: LeggedMachine
     grid: Grid
     settings: Settings
     world: FloatArray
+    solve: TractionSolver = solve_traction_frames
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -90,10 +90,12 @@ def true_forces(force_n: FloatArray, since_s: FloatArray | float, settings: Sett
 
 
 def _read_force(grid: Grid, force_n: FloatArray, settings: Settings) -> FloatArray:
-    x, y = turned(force_n[..., 0], force_n[..., 1], -settings.each("force_rotation")[0])
-    of_x, of_y = settings.each("force_cross_talk")
-    z = force_n[..., 2]
-    force = np.stack([x + of_x * z, y + of_y * z, z], axis=-1) * settings.each("force_gain").T
+    force = force_n
+    if settings.has("force_rotation", "force_cross_talk", "force_gain"):
+        x, y = turned(force_n[..., 0], force_n[..., 1], -settings.each("force_rotation")[0])
+        of_x, of_y = settings.each("force_cross_talk")
+        z = force_n[..., 2]
+        force = np.stack([x + of_x * z, y + of_y * z, z], axis=-1) * settings.each("force_gain").T
     if settings.has("force_lowpass"):
         known = np.isfinite(force)
         (lag_s,) = settings.whole("force_lowpass")
@@ -102,7 +104,9 @@ def _read_force(grid: Grid, force_n: FloatArray, settings: Settings) -> FloatArr
     if settings.has("force_delay"):
         (delay_s,) = settings.whole("force_delay")
         force = at_times(grid.time_s, force, grid.time_s - delay_s)
-    return force + _biases(grid.time_s, settings)
+    if settings.has("force_bias", "force_drift"):
+        force = force + _biases(grid.time_s, settings)
+    return force
 
 
 def _biases(since_s: FloatArray | float, settings: Settings) -> FloatArray:

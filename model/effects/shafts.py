@@ -23,6 +23,7 @@ FOOT_WEIGHT_N = 0.5
 STILL = readonly(np.zeros((1, 1, 2)))  # of feet that do not roll
 UNSEEN_GIVE = "servo_compliance_beyond_encoder"
 GIVES = ("servo_compliance", UNSEEN_GIVE)
+MOVES_SHAFTS = frozenset({"command_delay", "servo_lag", "servo_speed_limit"})
 MOVES_FEET = frozenset({"shaft_zero_offset", "link_length", "hip_mount_offset", "foot_rolling"})
 
 
@@ -170,6 +171,15 @@ def moves_feet(settings: Settings) -> Settings:
     """Return the part of settings that ``feet`` looks at, all else neutral."""
     acting = tuple(one for one in settings.acting if one[0] in MOVES_FEET)
     return replace(settings, acting=acting, added=settings.at("kinematics"))
+
+
+def moves_shafts(settings: Settings) -> Settings:
+    """Return the part of settings that ``shafts`` looks at without loads, all else neutral.
+
+    It has the delay of the commands that are given to it, too.
+    """
+    acting = tuple(one for one in settings.acting if one[0] in MOVES_SHAFTS)
+    return replace(settings, acting=acting, added=())
 
 
 def load_torque(signals: FootSignals, force_n: FloatArray) -> FloatArray:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from model.compiled import compiled
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, readonly
 
 
 def lagged(
@@ -76,11 +76,35 @@ def at_times(time_s: FloatArray, values: FloatArray, at_s: FloatArray) -> FloatA
     Returns:
         (T, ...).
     """
-    right = np.clip(np.searchsorted(time_s, at_s, side="right"), 1, len(time_s) - 1)
-    left = right - 1
-    share = np.clip((at_s - time_s[left]) / (time_s[right] - time_s[left]), 0.0, 1.0)
-    share = share.reshape(-1, *[1] * (values.ndim - 1))
-    low, high = values[left], values[right]
-    between = low + share * (high - low)
-    out: FloatArray = np.where(share == 0.0, low, np.where(share == 1.0, high, between))
+    out = np.empty((len(at_s), *values.shape[1:]))
+    flat = _as_given(values.reshape(len(values), -1))
+    _between(_as_given(time_s), flat, _as_given(at_s), out.reshape(len(at_s), -1))
     return out
+
+
+def _as_given(values: FloatArray) -> FloatArray:
+    """Numbers in rows that nobody may write: the one kind of array that the kernel is compiled for."""
+    return readonly(np.ascontiguousarray(values, dtype=np.float64).view())
+
+
+@compiled
+def _between(time_s: FloatArray, values: FloatArray, at_s: FloatArray, out: FloatArray) -> None:
+    """Fill ``out``, (T, C), with (F, C) values at times that may come in any order."""
+    right, last = 1, len(time_s) - 1
+    for i in range(len(at_s)):
+        at = at_s[i]
+        if at < time_s[right - 1]:
+            right = 1
+        while right < last and time_s[right] <= at:
+            right += 1
+        left = right - 1
+        share = (at - time_s[left]) / (time_s[right] - time_s[left])
+        share = min(max(share, 0.0), 1.0) if share == share else share
+        for k in range(values.shape[1]):
+            low, high = values[left, k], values[right, k]
+            if share == 0.0:
+                out[i, k] = low
+            elif share == 1.0:
+                out[i, k] = high
+            else:
+                out[i, k] = low + share * (high - low)

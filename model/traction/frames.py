@@ -5,6 +5,7 @@ sideways, friction may fall with speed, feet at rest may creep. Without any of t
 of the model, and as the creep vanishes they come to them.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
@@ -180,6 +181,11 @@ def solve_traction_frames(
         for values in answer:
             readonly(values)
     return answer
+
+
+TractionSolver = Callable[
+    [SlidingFeet, FootLaw, Pushes | None, float, FloatArray], TractionSolutions
+]
 
 
 def _kept(inertia: Inertia | None, period_s: float) -> FloatArray:

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model.values.arrays import FloatArray, IntArray
 
@@ -87,29 +88,31 @@ def _scaled(values: FloatArray) -> FloatArray:
 
 def _correlations(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Correlation of all columns together at each lag, and how many samples overlap, (T + U - 1,)."""
+    from scipy import fft  # as late as it is needed
+
     size = len(x) + len(y) - 1
-    shared, own, other, count = np.zeros((4, size))
-    for a, b in zip(x.T, y.T, strict=True):
-        in_a, in_b = (np.isfinite(v).astype(np.float64) for v in (a, b))
-        a, b = np.nan_to_num(a), np.nan_to_num(b)
-        n = np.round(_slide(in_a, in_b))
-        sum_a, sum_b = _slide(a, in_b), _slide(in_a, b)
-        per = 1 / np.maximum(n, 1)
-        shared += _slide(a, b) - sum_a * sum_b * per
-        own += np.maximum(_slide(a * a, in_b) - sum_a**2 * per, 0.0)
-        other += np.maximum(_slide(in_a, b * b) - sum_b**2 * per, 0.0)
-        count += n
+    fast = fft.next_fast_len(size, real=True)
+
+    def spectra(values: FloatArray) -> tuple[NDArray[np.complex128], ...]:
+        """Of what is known (1 or 0), of the values, of their squares; (3, fast // 2 + 1, C)."""
+        known, filled = np.isfinite(values).astype(np.float64), np.nan_to_num(values)
+        return tuple(fft.rfft(np.stack([known, filled, filled**2]), fast, axis=1))
+
+    def slide(a: NDArray[np.complex128], b: NDArray[np.complex128]) -> FloatArray:
+        """Sum of a[i] b[i + lag] for each lag from -(T - 1) on, (T + U - 1, C)."""
+        around = fft.irfft(a.conj() * b, fast, axis=0)
+        return np.concatenate([around[fast - len(x) + 1 :], around[: len(y)]])
+
+    in_x, of_x, squares_x = spectra(x)
+    in_y, of_y, squares_y = spectra(y)
+    n = np.round(slide(in_x, in_y))
+    sum_x, sum_y, per = slide(of_x, in_y), slide(in_x, of_y), 1 / np.maximum(n, 1)
+    shared = (slide(of_x, of_y) - sum_x * sum_y * per).sum(axis=1)
+    own = np.maximum(slide(squares_x, in_y) - sum_x**2 * per, 0.0).sum(axis=1)
+    other = np.maximum(slide(in_x, squares_y) - sum_y**2 * per, 0.0).sum(axis=1)
     sound = (own > 1e-9 * own.max()) & (other > 1e-9 * other.max())
     alike = np.where(sound, shared / np.sqrt(np.where(sound, own * other, 1.0)), np.nan)
-    return alike, count
-
-
-def _slide(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Sum of a[i] b[i + lag] for each lag from -(T - 1) on."""
-    from scipy.signal import correlate  # a third of a second: as late as it is needed
-
-    total: FloatArray = correlate(b, a, mode="full", method="fft")
-    return total
+    return alike, n.sum(axis=1)
 
 
 def _vertex(values: FloatArray, at: int) -> float:
@@ -164,11 +167,11 @@ def _overlapping(x: FloatArray, y: FloatArray, lag: int) -> tuple[FloatArray, Fl
 
 def _lasting(error: FloatArray) -> float:
     """How many samples an error lasts: 1 if they are independent; of all columns, (T, C)."""
-    from scipy.signal import correlate
+    from scipy import fft
 
-    centred = error - error.mean(axis=0)
-    each = sum(correlate(c, c, mode="full", method="fft")[len(c) - 1 :] for c in centred.T)
-    total = np.asarray(each)
+    count = len(error)
+    spectrum = fft.rfft(error - error.mean(axis=0), 2 * count, axis=0)
+    total = fft.irfft((np.abs(spectrum) ** 2).sum(axis=1), 2 * count)[:count]
     if total[0] <= 0:
         return 1.0
     shares = total / total[0]

@@ -1,13 +1,13 @@
 """``bigant gap diagnose``: where a simulator differs from measured runs, why, how far it shrinks."""
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from warnings import catch_warnings, simplefilter
 
+from gap.delegate import many_of
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.coverage import blind_spots
 from gap.diagnosis.diagnose import Progress, Proposer, diagnose_study, silent
@@ -15,7 +15,8 @@ from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.diagnosis.study import make_study
 from gap.interfaces import Simulator
 from gap.residuals.cluster import ClusterPredictions, Installation
-from gap.residuals.predictions import prediction_pool
+from gap.residuals.pool import prediction_pool
+from gap.residuals.predictions import PredictsElsewhere
 from model.errors import ConfigError, GapError
 from record.trial.header import LEGGED
 from record.trial.trial import Trial
@@ -151,7 +152,7 @@ def diagnosis_of(
 @contextmanager
 def _elsewhere(
     runs: Runs, simulator: Simulator, request: GapDiagnoseRequest
-) -> Iterator[Executor | ClusterPredictions | None]:
+) -> Iterator[PredictsElsewhere | None]:
     """Yield where predictions are made: processes of this machine, a cluster, or None for this process."""
     if request.dask is not None:
         with cluster_client(request.dask) as client, client.get_executor() as executor:
@@ -163,8 +164,8 @@ def _elsewhere(
             yield ClusterPredictions(
                 executor, installed, lambda: len(client.scheduler_info(-1)["workers"])
             )
-    elif request.jobs == 1:
-        yield None
+    elif request.jobs == 1 or many_of(simulator) is not None:
+        yield None  # or it has threads of its own
     else:
         with prediction_pool(simulator, runs.trials, runs.references, request.jobs) as pool:
             yield pool

@@ -14,7 +14,8 @@ from gap.interfaces import Cause, Drive
 from gap.machines.mujoco.machine import make_machine
 from gap.residuals import cluster
 from gap.residuals.cluster import ClusterPredictions, Installation, Made
-from gap.residuals.predictions import PredictionRequest, Predictor
+from gap.residuals.pool import PredictionRequest
+from gap.residuals.predictions import Predictor
 from model.errors import GapError
 from robot.console.json_output import json_text
 from tests.gap.mjcf_arms import arm_log
@@ -50,7 +51,7 @@ def test_a_diagnosis_on_a_cluster_is_that_of_one_process_and_the_simulator_is_ma
     made_here.clear()
     trials = toy_case([OFFSET], seed=8)
     here = diagnose(trials, Toy())
-    there = diagnose(trials, Toy(), executor=elsewhere(pool, sent))
+    there = diagnose(trials, Toy(), elsewhere=elsewhere(pool, sent))
     assert json_text(diagnosis_json(here)) == json_text(diagnosis_json(there))
     assert made_here == ["toy"]
 

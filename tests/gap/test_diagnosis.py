@@ -12,7 +12,7 @@ from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.interfaces import Cause, Scope
-from gap.residuals.predictions import prediction_pool
+from gap.residuals.pool import prediction_pool
 from model.errors import GapError
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
@@ -174,7 +174,7 @@ def test_processes_give_what_one_process_gives() -> None:
     trials, known = toy_case([ONE["offset"]], seed=8), toy_references(8)
     alone = diagnose(trials, Toy(), known)
     with prediction_pool(Toy(), trials, known, 2) as pool:
-        together = diagnose(trials, Toy(), known, executor=pool)
+        together = diagnose(trials, Toy(), known, elsewhere=pool)
     assert json_text(diagnosis_json(alone)) == json_text(diagnosis_json(together))
 
 

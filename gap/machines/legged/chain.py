@@ -5,7 +5,6 @@ bound to places, the chain is run until nothing changes. Measured drive: shafts,
 pose come from the sensors (made good for what the causes say of the sensors), where they were measured.
 """
 
-from collections import OrderedDict
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -13,9 +12,10 @@ import numpy as np
 
 from gap.interfaces import Drive
 from gap.machines.legged.inputs import LeggedInputs
+from gap.machines.legged.solved import SolvedOnArrays, SolvedTraction
 from model.effects.catalogue import EFFECTS
 from model.effects.grid import body_velocity
-from model.effects.ground import Sliding, Standing, leg_stiffness, slide, stand
+from model.effects.ground import Sliding, Standing, leg_stiffness, slide, stand, stands_on
 from model.effects.machine import LeggedMachine
 from model.effects.pushes import Scene, gradient, resists_motion
 from model.effects.sensing import read_sensors, true_signals
@@ -30,6 +30,7 @@ from model.effects.shafts import (
     foot_weight_torque,
     load_torque,
     moves_feet,
+    moves_shafts,
     shaft_give,
     shafts,
     springing,
@@ -98,11 +99,17 @@ class LeggedChain:
         self._machine = machine
         # settings compare by value, inputs by identity: what was solved before is found again
         self._plain_walk = lru_cache(maxsize=REMEMBERED)(self._walk)
-        self._known_feet: OrderedDict[tuple[int, Settings], tuple[FloatArray, Feet]] = OrderedDict()
+        self._known_shafts, self._known_feet = SolvedOnArrays(), SolvedOnArrays()
+        self._known_standing, self._known_world = SolvedOnArrays(), SolvedOnArrays()
+        self._perfect = lru_cache(maxsize=REMEMBERED)(_as_perfect)
+        self._measured_world = lru_cache(maxsize=REMEMBERED)(_measured_world)
+        self._traction = SolvedTraction()
 
     def read(self, inputs: LeggedInputs, settings: Settings, drive: Drive) -> SensorSignals:
         """Return what the sensors would read."""
-        known = true_signals(inputs.grid, inputs, settings) if drive is Drive.MEASURED else inputs
+        known = inputs
+        if drive is Drive.MEASURED:
+            known = self._perfect(inputs, _of_sensors(settings))
         walk = self.walk(known, settings, drive)
         return read_sensors(inputs.grid, self._truth(known, walk, settings, drive), settings)
 
@@ -114,7 +121,7 @@ class LeggedChain:
 
     def _walk(self, known: LeggedInputs, settings: Settings, drive: Drive) -> Walk:
         measured = drive is Drive.MEASURED
-        world = _measured_world(known) if measured else None
+        world = self._measured_world(known) if measured else None
         velocity = None
         if world is not None and resists_motion(settings):
             velocity = body_velocity(known.grid, world)
@@ -175,7 +182,7 @@ class LeggedChain:
                 give = shaft_give(lever, compliance)
                 sprung = springing(lever, compliance, _finite(force[..., 0]))
         late = known.delayed_command(*settings.whole("command_delay"))
-        own = shafts(grid, known.command_rad, late, settings, loads)
+        own = self._shafts(known, late, settings, loads)
         angles = np.where(np.isfinite(known.shaft_rad), known.shaft_rad, own) if measured else own
         if unseen is not None:
             angles = angles + _finite(unseen)
@@ -183,8 +190,8 @@ class LeggedChain:
             walked = self._measured_feet(known, settings)
         else:
             walked = feet(machine, grid, angles, settings)
-        scene = Scene(machine, grid, settings, start.world)
-        standing = stand(scene, walked, start.moving_B)
+        scene = Scene(machine, grid, settings, start.world, self._traction)
+        standing = self._stand(scene, walked, start.moving_B)
         load = standing.load_n
         if measured:
             seen = known.force_n[..., 2]
@@ -193,21 +200,42 @@ class LeggedChain:
         if sprung is not None and sprung.any():
             held = feet(machine, grid, angles - sprung, settings)
         sliding = slide(scene, held, standing, load, give, velocity)
-        return Walk(own, walked, standing, sliding, _integrated(known, sliding.velocity_B))
+        return Walk(own, walked, standing, sliding, self._integrated(known, sliding))
+
+    def _stand(self, scene: Scene, walked: Feet, moving_B: FloatArray | None) -> Standing:  # noqa: N803
+        """Loads and pose; most effects of friction and sensors share them."""
+        looked_at = stands_on(scene.settings)
+        bare = replace(scene, settings=looked_at)
+        arrays = (walked.signals.position_m, scene.world)
+        return self._known_standing.of(
+            arrays if moving_B is None else (*arrays, moving_B),
+            looked_at,
+            lambda: stand(bare, walked, moving_B),
+        )
+
+    def _integrated(self, known: LeggedInputs, sliding: Sliding) -> FloatArray:
+        """Place of the point below the body's origin, (W, 3), from where the trial began."""
+        velocity, start = sliding.velocity_B, known.start_pose
+        return self._known_world.of((velocity,), tuple(start), lambda: _integrated(known, velocity))
+
+    def _shafts(
+        self, known: LeggedInputs, late_rad: FloatArray, settings: Settings, loads: Loads | None
+    ) -> FloatArray:
+        """Where commands and loads put the shafts; without loads most effects share them."""
+        grid, command = known.grid, known.command_rad
+        if loads is not None:
+            return shafts(grid, command, late_rad, settings, loads)
+        looked_at = moves_shafts(settings)
+        return self._known_shafts.of(
+            (command,), looked_at, lambda: shafts(grid, command, late_rad, looked_at, None)
+        )
 
     def _measured_feet(self, known: LeggedInputs, settings: Settings) -> Feet:
         """Feet on measured shafts: most effects of other stages share them."""
-        angles = known.shaft_rad
-        key = (id(angles), moves_feet(settings))
-        if key in self._known_feet:
-            self._known_feet.move_to_end(key)
-            return self._known_feet[key][1]
-        solved = feet(self._machine, known.grid, angles, settings)
-        # the angles are kept with their feet, so that no other array gets their id
-        self._known_feet[key] = (angles, solved)
-        if len(self._known_feet) > REMEMBERED:
-            self._known_feet.popitem(last=False)
-        return solved
+        angles, looked_at = known.shaft_rad, moves_feet(settings)
+        return self._known_feet.of(
+            (angles,), looked_at, lambda: feet(self._machine, known.grid, angles, looked_at)
+        )
 
     def _truth(
         self, known: LeggedInputs, walk: Walk, settings: Settings, drive: Drive
@@ -234,6 +262,16 @@ class LeggedChain:
             foot[..., :2] += acting[..., :2] * settings.whole("leg_flex")[::-1]
         body, angles = _body(known, walk, settings)
         return SensorSignals(known.grid.time_s, walk.shaft_rad, foot, force, body, angles)
+
+
+def _as_perfect(inputs: LeggedInputs, settings: Settings) -> LeggedInputs:
+    return true_signals(inputs.grid, inputs, settings)
+
+
+def _of_sensors(settings: Settings) -> Settings:
+    """Return the part of settings that sensors have, all else neutral."""
+    acting = tuple(one for one in settings.acting if EFFECTS[one[0]].stage == "sensing")
+    return replace(settings, acting=acting, added=())
 
 
 def foot_forces(walk: Walk, *, known: bool = True) -> FloatArray:
