@@ -16,6 +16,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.printable import printable_output
 from robot.console.program_output import complain, stop_output
 from robot.console.progress import show_compiling
+from robot.console.second_compiler import compile_with_two
 from robot.console.shipped import with_pages
 
 
@@ -48,6 +49,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     given = with_new_names(sys.argv[1:] if arguments is None else arguments)
     options = _parser(given).parse_args(given)
     show_compiling()
+    compile_with_two()
     words = " ".join(
         ["bigant", options.command, *([options.action] if "action" in options else [])]
     )
