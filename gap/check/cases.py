@@ -46,6 +46,16 @@ class Remainder:
 
 
 @dataclass(frozen=True, slots=True)
+class VisibleSize:
+    """How far from neutral a parameter must be to be seen in these runs, says a diagnosis."""
+
+    effect: str
+    parameter: str
+    size: float
+    neutral: float
+
+
+@dataclass(frozen=True, slots=True)
 class CaseAnswer:
     """The diagnosis of one case.
 
@@ -60,6 +70,7 @@ class CaseAnswer:
         hidden: Effects that it said, before judging, these runs cannot show.
         remainder: What its causes leave; None if it does not say.
         referenced: Whether it had healthy runs.
+        detectable: Sizes that it would have seen in these runs.
     """
 
     verdict: str
@@ -73,6 +84,7 @@ class CaseAnswer:
     hidden: tuple[str, ...] = ()
     remainder: Remainder | None = None
     referenced: bool = True
+    detectable: tuple[VisibleSize, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +118,17 @@ def named_effects(case: CheckedCase) -> tuple[str, ...]:
 def named_right(case: CheckedCase) -> bool:
     """Whether the first cause named is the true effect (of a single-effect case)."""
     return bool(case.answer.named) and case.answer.named[0].effect == case.truths[0].effect
+
+
+def too_small(case: CheckedCase) -> tuple[str, ...]:
+    """Return the true effects that are smaller than what the diagnosis says it would have seen."""
+    sizes = {(d.effect, d.parameter): d for d in case.answer.detectable}
+
+    def seen(truth: Truth) -> list[bool]:
+        known = [(v, sizes.get((truth.effect, name))) for name, v in truth.values]
+        return [not abs(v - one.neutral) < one.size for v, one in known if one is not None]
+
+    return tuple(t.effect for t in case.truths if seen(t) and not any(seen(t)))
 
 
 def probabilities_given(cases: Iterable[CheckedCase]) -> tuple[tuple[float, bool], ...]:

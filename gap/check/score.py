@@ -28,6 +28,7 @@ from gap.check.cases import (
     named_effects,
     named_right,
     probabilities_given,
+    too_small,
 )
 
 VISIBLE = 3.0  # times repeatability
@@ -62,12 +63,17 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class Confusion:
-    """A case whose named effect was not the true one, and how visible it was over repeatability."""
+    """A case whose named effect was not the true one, and how visible it was over repeatability.
+
+    ``too_small`` are its true effects that were missed and smaller than what the answer says it would have
+    seen.
+    """
 
     case: str
     truth: str
     said: str
     visible: float
+    too_small: tuple[str, ...] = ()
 
 
 def figures(
@@ -130,7 +136,8 @@ def confusions(cases: Iterable[CheckedCase]) -> tuple[Confusion, ...]:
             words = " + ".join(named) or case.answer.verdict
             truth = " + ".join(sorted(t.effect for t in case.truths)) or "nothing"
             more = f" ({case.kind})" if odd else ""
-            out.append(Confusion(case.name, truth + more, words, case.visible))
+            small = tuple(one for one in too_small(case) if one not in named)
+            out.append(Confusion(case.name, truth + more, words, case.visible, small))
     return tuple(sorted(out, key=lambda c: (c.truth, c.case)))
 
 

@@ -81,6 +81,7 @@ def _cause(one: NamedCause) -> dict[str, Any]:
         "shrink_last": one.last,
         "nats": one.nats,
         "nats_error": one.nats_error,
+        "trend": {"growth": one.trend.growth, "chance": one.trend.chance},
         "physics": one.physics,
         "remedy": one.remedy,
     }

@@ -16,6 +16,7 @@ from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.probability import Fit, RivalCause, chances, none_of_them
 from gap.diagnosis.study import FEWEST_REFERENCES, Study, make_study
+from gap.diagnosis.trend import none_with, trends_of
 from gap.diagnosis.verdict import gap_exists, named_causes, verdict_of, warnings_of
 from gap.diagnosis.where import where
 from gap.experiments.imitation import imitate
@@ -136,10 +137,13 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
     exists = gap_exists(evidence, detection, selection)
     fit = _fit(comparison, selection)
     none = none_of_them(fit, len(selection.steps), bool(comparison.study.references))
-    none = none if exists else 0.0
+    trends = trends_of(evidence, comparison.healthy, selection.fitted)
+    none = none_with(trends, none) if exists else 0.0
     shared = chances(selection, evidence.block_part, none, fit.nats_after)
     ambiguous = open_rivals(evidence, selection, [own for _, own in shared], fit.nats_after)
-    named = named_causes(evidence, selection, [one for one, _ in shared], far, comparison.healthy)
+    named = named_causes(
+        evidence, selection, [one for one, _ in shared], far, trends, comparison.healthy
+    )
     # with references a small gap's share is lost in their scatter, and they judge what is left instead
     mostly = bool(comparison.study.references) or not far.shrink < MOSTLY
     return _Answer(

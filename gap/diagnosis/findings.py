@@ -12,6 +12,7 @@ from gap.diagnosis.baselines import Baseline
 from gap.diagnosis.detection import Detectable, Detection
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.probability import Fit, RivalCause
+from gap.diagnosis.trend import Trend
 from gap.diagnosis.where import Where
 from gap.experiments.next_run import NextRun
 from gap.interfaces import Cause, DataFault, place_words
@@ -62,6 +63,7 @@ class NamedCause:
         alone: What it closes by itself.
         last: What it adds to the others.
         remedy: What to check or change.
+        trend: How its size changes in the course of a run.
     """
 
     effect: str
@@ -77,6 +79,7 @@ class NamedCause:
     physics: str
     remedy: str
     form: str
+    trend: Trend
 
     @property
     def form_words(self) -> str:

@@ -10,6 +10,7 @@ from gap.diagnosis.detection import Detection
 from gap.diagnosis.findings import NamedCause, TrialFaults, Value, Verdict
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.study import FEWEST_REFERENCES, Study
+from gap.diagnosis.trend import Trend
 from gap.interfaces import Cause, Effect, place_words
 from gap.residuals.evidence import Evidence
 from gap.search.look import Selection
@@ -61,11 +62,12 @@ def named_causes(
     selection: Selection,
     probabilities: Sequence[float],
     far: HowFar,
+    trends: Sequence[Trend],
     healthy: Evidence | None = None,
 ) -> tuple[NamedCause, ...]:
     """Return the causes with everything known of them, the one that closes most first.
 
-    There is one probability a cause; ``healthy`` are references, None where there are too few.
+    There is one probability and one trend a cause; ``healthy`` are references, None for too few.
     """
     errors = standard_errors(evidence, healthy, selection.fitted)
     causes, at = [], 0
@@ -88,6 +90,7 @@ def named_causes(
                 physics=effect.physics,
                 remedy=effect.remedy,
                 form=effect.name,
+                trend=trends[i],
             )
         )
         at += size
@@ -147,7 +150,13 @@ def warnings_of(
             "is named because they are predicted better where each stage is fed with measurements"
         )
     for one in named:
+        place = place_words(one.effect, one.joints)
+        if one.trend.surely(len(named)):
+            size = 100.0 * one.trend.growth
+            yield (
+                f"{place} changes by {size:+.0f} % of its size in the course of a run, which no effect of "
+                "the catalogue does: look for wear, heat, dust, a battery"
+            )
         for value in one.values:
             if value.on_bound:
-                place = place_words(one.effect, one.joints)
                 yield f"{place}: {value.name} is on its bound: not an effect of this form"

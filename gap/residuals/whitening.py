@@ -45,6 +45,10 @@ class Whitener:
             scaled = scaled - (self.basis @ along) * (self.gain > 0.0)
         return scaled
 
+    def whiten_change(self, change: FloatArray) -> FloatArray:
+        """Map by how much an error changes, (F, C): the expected misfit does not."""
+        return self.whiten(change + self.expected)
+
 
 def make_whitener(part: TrialPart, floor: Floor, base: FloatArray) -> Whitener:
     """Make the map.

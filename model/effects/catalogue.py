@@ -19,6 +19,7 @@ FORCE_STAGES = frozenset({"support", "friction", "dynamics", "external"})
 MOVED_BY_FORCES = frozenset(
     {"servo_compliance", "servo_compliance_beyond_encoder", "gear_backlash", "leg_flex"}
 )
+CHANGES_WITH_TIME = frozenset({"force_drift", "clock_skew"})
 NO_LIMIT_RAD_S = 10.0  # twice what the servos can do: no limit
 ALL, LEG, BOTH = (Scope.ALL,), (Scope.JOINT,), (Scope.ALL, Scope.JOINT)
 
@@ -81,7 +82,7 @@ def _effect(
     by_forces = stage in FORCE_STAGES or name in MOVED_BY_FORCES
     return ChainEffect(
         name, stage, parameters, scopes, physics, remedy, combine,
-        by_forces=by_forces, form_of=form_of,
+        by_forces=by_forces, form_of=form_of, in_time=name in CHANGES_WITH_TIME,
     )  # fmt: skip
 
 

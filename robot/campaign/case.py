@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gap.check.cases import CaseAnswer, Named, Remainder, Truth
+from gap.check.cases import CaseAnswer, Named, Remainder, Truth, VisibleSize
 from gap.delegate import Without
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.commissioning import standing_of
@@ -135,6 +135,12 @@ def _answer(diagnosis: Mapping[str, Any]) -> CaseAnswer:
         ),
         remainder=_remainder(diagnosis.get("fit")),
         referenced=diagnosis.get("floor", {}).get("source") == "references",
+        detectable=tuple(
+            VisibleSize(
+                one["effect"], one["parameter"], _number(one["size"]), _number(one["neutral"])
+            )
+            for one in diagnosis.get("detectable", ())
+        ),
     )
 
 

@@ -28,6 +28,8 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import give_json, to_stdout
 from robot.requests.campaign import CampaignScoreRequest
 
+ALL = "all"  # the row of all realities together
+
 
 def check_realities(request: CampaignScoreRequest, executor: Executor) -> ExitCode:
     """Diagnose all campaigns of a folder, open their seals, count each for itself.
@@ -46,9 +48,11 @@ def check_realities(request: CampaignScoreRequest, executor: Executor) -> ExitCo
         name: _counted(request, folder, crashed[name], executor) for name, folder in folders.items()
     }
     rows = [figures_of_reality(name, own, tuple(crashed[name])) for name, own in cases.items()]
+    every = [case for own in cases.values() for case in own]
+    together = figures_of_reality(ALL, every, [case for own in crashed.values() for case in own])
     none = leave_one_out({name: none_rows(own) for name, own in cases.items()}, none_prior())
     cause = leave_one_out({name: cause_rows(own) for name, own in cases.items()}, cause_prior())
-    _give(request, rows, (none, cause), cases, crashed)
+    _give(request, rows, together, (none, cause), cases, crashed)
     missed = any(row.missed for row in rows)
     return ExitCode.VERDICT_FAILED if missed else ExitCode.OK
 
@@ -56,18 +60,20 @@ def check_realities(request: CampaignScoreRequest, executor: Executor) -> ExitCo
 def _give(
     request: CampaignScoreRequest,
     rows: Sequence[RealityFigures],
+    together: RealityFigures,
     left_out: tuple[Sequence[LeftOut], Sequence[LeftOut]],
     cases: Mapping[str, Sequence[CheckedCase]],
     crashed: Mapping[str, Mapping[str, BaseException]],
 ) -> None:
     worst, confused = worst_reality(rows), {name: confusions(own) for name, own in cases.items()}
     if not to_stdout(request.json):
-        print("\n".join(reality_lines(rows, worst, left_out, confused)))
+        print("\n".join(reality_lines(rows, together, worst, left_out, confused)))
         for name, failed in crashed.items():
             for case, error in failed.items():
                 print(f"  {name} {case} got no answer: {error!r}")
     whole = {
         "realities": rows,
+        "together": together,
         "worst": worst.name,
         "left_out": {"none_of_these": left_out[0], "causes": left_out[1]},
         "confusions": confused,
@@ -76,7 +82,9 @@ def _give(
     }
     give_json(whole, request.json, indent=1)
     if request.markdown is not None:
-        write_text(request.markdown, reality_markdown(rows, worst, left_out), "--markdown")
+        write_text(
+            request.markdown, reality_markdown(rows, together, worst, left_out), "--markdown"
+        )
 
 
 def _campaigns(folder: Path) -> dict[str, Path]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from gap.check.calibration import LeftOut
 from gap.check.realities import RealityFigures
 from gap.check.score import Confusion, Figure
-from robot.campaign.score_text import figure_value
+from robot.campaign.score_text import figure_value, too_small_words
 from robot.console.table import Column, markdown_lines, table_lines
 
 SHORT = (
@@ -19,13 +19,16 @@ JUDGED = ("reality", "rows", "error now", "error fitted", "loss now", "loss fitt
 
 def reality_lines(
     rows: Sequence[RealityFigures],
+    together: RealityFigures,
     worst: RealityFigures,
     left_out: tuple[Sequence[LeftOut], Sequence[LeftOut]],
     confused: Mapping[str, Sequence[Confusion]],
 ) -> list[str]:
     """Return what is printed."""
     head = ("reality", "cases", *SHORT)
-    lines = table_lines(tuple(Column(name) for name in head), [_row(row) for row in rows])
+    lines = table_lines(
+        tuple(Column(name) for name in head), [_row(row) for row in (*rows, together)]
+    )
     bars = ", ".join(
         f"{name} {figure.bar}" for name, figure in zip(SHORT, rows[0].figures, strict=True)
     )
@@ -36,18 +39,22 @@ def reality_lines(
     wrong = [(name, one) for name, own in confused.items() for one in own]
     if wrong:
         lines += ["", "wrong answers, by reality and case, with what was wrong and what was named:"]
-        lines += [f"  {name} {one.case}  {one.truth}: {one.said}" for name, one in wrong]
+        lines += [
+            f"  {name} {one.case}  {one.truth}: {one.said}{too_small_words(one)}"
+            for name, one in wrong
+        ]
     return lines
 
 
 def reality_markdown(
     rows: Sequence[RealityFigures],
+    together: RealityFigures,
     worst: RealityFigures,
     left_out: tuple[Sequence[LeftOut], Sequence[LeftOut]],
 ) -> str:
     """Return tables for a page."""
     bars = ("bar", "", *(figure.bar for figure in rows[0].figures))
-    table = [_row(row) for row in rows]
+    table = [_row(row) for row in (*rows, together)]
     lines = [
         *markdown_lines(("reality", "cases", *SHORT), [*table, bars]),
         "",

@@ -31,8 +31,16 @@ def score_lines(
         lines += ["", *table_lines(METHODS, [(m.name, *_shares(m)) for m in counted])]
     if confusions:
         lines += ["", "wrong answers, by case, with what was wrong and what was named:"]
-        lines += [f"  {c.case}  {c.truth}: {c.said}{_times(c.visible, SEEN)}" for c in confusions]
+        lines += [
+            f"  {c.case}  {c.truth}: {c.said}{_times(c.visible, SEEN)}{too_small_words(c)}"
+            for c in confusions
+        ]
     return lines
+
+
+def too_small_words(one: Confusion) -> str:
+    """Return words for true effects too small to be seen by the answer's own account, "" for none."""
+    return f"  (too small to be seen: {', '.join(one.too_small)})" if one.too_small else ""
 
 
 def score_markdown(

@@ -15,6 +15,7 @@ from gap.check.cases import (
     CheckedCase,
     Named,
     Truth,
+    VisibleSize,
     group_of,
 )
 from gap.check.methods import THIS, Method, methods
@@ -160,3 +161,14 @@ def test_simpler_ways_are_counted_on_the_same_cases() -> None:
     assert "| greedy | 50% | 100% | 50% | 0% |" in score_markdown(
         figures(cases, NEUTRAL), (), cases
     )
+
+
+def test_a_missed_effect_below_the_size_that_the_answer_says_it_would_see_is_marked() -> None:
+    sizes = (VisibleSize("foot_friction", "ratio", 0.25, 1.0),)
+    answer = replace(NO, detectable=sizes)
+    for ratio, small in ((0.8, ("foot_friction",)), (1.2, ("foot_friction",)), (0.7, ())):
+        truth = Truth("foot_friction", "friction", "ML", (("ratio", ratio),))
+        (one,) = confusions([CheckedCase("a", SINGLE, (truth,), answer, NAN, NAN)])
+        assert one.too_small == small
+    (unknown,) = confusions([CheckedCase("a", SINGLE, (truth,), NO, NAN, NAN)])
+    assert unknown.too_small == (), "an answer without sizes claims nothing"

@@ -150,13 +150,18 @@ def chain(
 
 def toy_trial(
     causes: Sequence[Cause] = (), hz: float = 0.5, gait: str = "walk", seconds: float = 16.0, seed: int = 0,
-    strange: float = 0.0, wander: float = 0.0,
+    strange: float = 0.0, wander: float = 0.0, growing: float = 0.0,
 ) -> Trial:  # fmt: skip
-    """Measure the toy with causes; ``strange`` adds what no effect is, ``wander`` what varies."""
+    """Measure the toy with causes; ``strange`` adds what no effect is, ``wander`` what varies.
+
+    What the causes do grows over the run by ``growing`` times their mean.
+    """
     rng = np.random.default_rng(seed)
     time_s = np.arange(round(seconds * HZ)) / HZ
     extra = [Cause("stiffness", (j,), (1 + wander * rng.standard_normal(),)) for j in JOINTS]
     true = chain(time_s, hz, gait, [*causes, *extra], None)
+    without = chain(time_s, hz, gait, extra, None)
+    true += growing * (time_s / time_s[-1] - 0.5)[:, None] * (true - without)
     true[:, 3:6] += strange * np.sign(np.sin(2 * np.pi * 5 * hz * time_s))[:, None]
     noise = rng.standard_normal(true.shape) * np.array([NOISE[c.name] for c in CHANNELS])
     seen = true + noise

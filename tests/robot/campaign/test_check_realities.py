@@ -73,9 +73,10 @@ def test_each_has_a_row_and_the_worst_is_named(
     ]
     assert command(line) == ExitCode.VERDICT_FAILED
     told = capsys.readouterr().out.splitlines()
-    rows = {one.split()[0]: one.split() for one in told[1:3]}
+    rows = {one.split()[0]: one.split() for one in told[1:4]}
     assert "100.0%" in rows["calm"]
     assert "50.0%" in rows["rough"]
+    assert rows["all"][:5] == ["all", "6", "75.0%", "of", "4"]
     assert any(one.startswith("worst: rough, which misses") for one in told)
     assert "rough b  servo_lag: foot_friction" in " ".join(told)
     whole = json.loads(out.read_text())

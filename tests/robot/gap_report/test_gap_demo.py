@@ -11,6 +11,7 @@ from typing import Any, cast
 import pytest
 
 from gap.diagnosis.findings import Diagnosis, NamedCause, Value, Verdict
+from gap.diagnosis.trend import UNKNOWN
 from robot.cli import main as cli
 from robot.console.arguments import parsed
 from robot.gap_report.demo import compared, demo_runs, run_words
@@ -27,7 +28,7 @@ def cause(
 ) -> NamedCause:
     sizes = (Value("ratio", "", value, error, 1.0, on_bound=False),)
     return NamedCause(
-        effect, (leg,), "support", sizes, 1.0, 9.0, 1.0, 0.9, 0.9, 0.9, "", "", effect
+        effect, (leg,), "support", sizes, 1.0, 9.0, 1.0, 0.9, 0.9, 0.9, "", "", effect, UNKNOWN
     )
 
 

@@ -1,0 +1,75 @@
+"""A cause that changes in the course of a run is none of the catalogue, and it is said."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.findings import Diagnosis, Verdict
+from gap.diagnosis.trend import Trend, none_with
+from gap.interfaces import Cause
+from model.effects.catalogue import CATALOGUE
+from tests.gap.toy import EFFECTS, Toy, toy_case, toy_references, toy_trial
+from tests.soaked import THOROUGH
+
+STIFFNESS = Cause("stiffness", ("c",), (0.8,))
+CHANGES = "changes by"
+
+
+def found(cause: Cause, growing: float, *, references: bool = True, seed: int = 3) -> Diagnosis:
+    known = toy_references(seed) if references else []
+    return diagnose(toy_case([cause], seed, growing=growing), Toy(), known)
+
+
+@pytest.mark.parametrize("references", [True, False])
+@pytest.mark.parametrize("growing", [0.6, -1.0])
+def test_a_cause_that_grows_or_fades_is_unexplained_with_what_it_does(
+    growing: float, references: bool
+) -> None:
+    d = found(STIFFNESS, growing, references=references)
+    one = next(c for c in d.causes if c.effect == "stiffness")
+    assert one.trend.growth == pytest.approx(growing, abs=0.25)
+    assert d.verdict is Verdict.UNEXPLAINED, d.sentence
+    assert d.none > 0.5
+    assert any(words.startswith(f"stiffness at c {CHANGES}") for words in d.warnings)
+
+
+@pytest.mark.parametrize("cause", [STIFFNESS, Cause("delay", (), (0.05,))])
+def test_a_cause_that_keeps_its_size_has_no_trend(cause: Cause) -> None:
+    d = found(cause, 0.0)
+    assert d.verdict is Verdict.EXPLAINED
+    assert abs(d.causes[0].trend.growth) < 0.1
+    assert not any(CHANGES in words for words in d.warnings)
+
+
+def test_one_run_or_runs_of_two_cycles_cannot_tell() -> None:
+    alone = diagnose([toy_trial([STIFFNESS])], Toy(), toy_references(3))
+    assert np.isnan(alone.causes[0].trend.growth)
+    short = [toy_trial([STIFFNESS], seconds=4.0, seed=k) for k in range(4)]
+    known = [toy_trial((), seconds=4.0, seed=10 + k) for k in range(6)]
+    assert all(np.isnan(one.trend.growth) for one in diagnose(short, Toy(), known).causes)
+
+
+def test_an_effect_that_grows_by_nature_has_no_trend() -> None:
+    growing = {effect.name for effect in CATALOGUE if effect.in_time}
+    assert growing == {"force_drift", "clock_skew"}
+    catalogue = tuple(replace(e, in_time=e.name == "stiffness") for e in EFFECTS)
+    d = diagnose(toy_case([STIFFNESS], 3, growing=1.0), Toy(catalogue), toy_references(3))
+    assert all(np.isnan(c.trend.growth) for c in d.causes if c.effect == "stiffness")
+    assert any(c.effect == "stiffness" for c in d.causes)
+
+
+def test_how_sure_it_is_decides_how_much_is_left_for_the_catalogue() -> None:
+    assert none_with([Trend(1.0, 0.05)], 0.02) == pytest.approx(1 - 0.98 / 2)
+    assert none_with([Trend(1.0, 0.05), Trend(0.0, 0.9)], 0.02) == 0.02, "one of two by chance"
+    assert none_with([Trend(0.1, 1e-6)], 0.02) == 0.02, "sure, but too small to matter"
+    assert none_with([Trend(np.nan, np.nan)], 0.02) == 0.02
+    assert none_with([Trend(-1.0, 1e-6)], 0.02) > 0.99
+
+
+@THOROUGH
+def test_a_steady_cause_is_rarely_said_to_change() -> None:
+    """By construction in one of twenty; the size that is asked for as well makes it fewer."""
+    said = [found(STIFFNESS, 0.0, seed=k).causes[0].trend.surely(1) for k in range(10, 50)]
+    assert sum(said) <= 3
