@@ -66,8 +66,8 @@ def folder(cycle_walk: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def quick(words: tuple[str, ...]) -> bool:
-    """All but first days and films; test_first_day.py and test_film.py have shorter ones."""
-    return words[0] != "bringup" and "--video" not in words
+    """All but those that take seconds, which have tests of their own with shorter runs."""
+    return words[0] not in {"bringup", "check", "odom", "replay", "show", "robot"}
 
 
 @pytest.mark.parametrize("words", soaked(RUN, quick, lambda words: shlex.join(words)[:60]))

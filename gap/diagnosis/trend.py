@@ -30,7 +30,7 @@ class Trend:
     """How a cause's size changes from the beginning of a run to its end.
 
     Attributes:
-        growth: Change over a run as a share of the mean size; NaN if these runs cannot tell.
+        growth: Change over a run as a share of the mean size; NaN if these runs do not determine it.
         chance: Of so much, either way, in a cause that keeps its size; NaN likewise.
     """
 

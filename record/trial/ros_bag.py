@@ -206,10 +206,14 @@ def open_bag(path: Path) -> Iterator[Bag]:
     Raises:
         RecordError: It cannot be read.
     """
-    # takes a tenth of a second to load
-    from rosbags.highlevel import AnyReader
-    from rosbags.typesys import Stores, get_typestore
-
+    try:  # an extra, and a tenth of a second to load
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError as error:
+        raise RecordError(
+            f"{path} is a ROS 2 bag, and reading it needs rosbags; install it with: "
+            "pip install -e '.[bags]' in the clone, or pip install rosbags"
+        ) from error
     with _reading(path):
         reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
         reader.open()

@@ -216,6 +216,7 @@ def test_odometry_is_that_of_the_command(
         estimated.save(tmp_path / "walk.txt")
 
 
+@pytest.mark.soak
 def test_another_robot_is_believed(walked: bigant.Log, estimated: bigant.Odometry) -> None:
     robot = bigant.load_robot(str(ROOT / "config" / "bigant.toml"))
     same = bigant.odometry(walked.path, robot, law=robot.estimator.settings.law.value)

@@ -2,6 +2,7 @@
 
 import math
 import random
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -252,3 +253,12 @@ def test_whatever_is_damaged_in_a_bag_is_one_error(tmp_path: Path, plugin: Stora
 def read_column_map_of(folder: Path) -> Any:
     (folder / "map.toml").write_text("")
     return read_column_map(folder / "map.toml")
+
+
+def test_without_rosbags_the_extra_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in ("rosbags", "rosbags.highlevel", "rosbags.typesys"):
+        monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(RecordError, match=r"needs rosbags.*'\.\[bags\]'"), open_bag(tmp_path):
+        pass

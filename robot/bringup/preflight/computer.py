@@ -25,6 +25,7 @@ PORT_GROUPS = ("dialout", "uucp")
 EXTRAS = (
     ("foxglove", "foxglove-sdk", "view", "bigant view"),
     ("rerun", "rerun-sdk", "rerun", "bigant view --save FILE.rrd"),
+    ("rosbags", "rosbags", "bags", "bigant import of a ROS 2 bag"),
     ("shtab", "shtab", "completion", "bigant completion"),
 )
 # The priority that real-time programs of a robot commonly run at; anything from 1 up is enough.

@@ -86,6 +86,7 @@ def test_reboot(port: str, capsys: Capture) -> None:
     assert capsys.readouterr().out.count("torque off") == 6
 
 
+@pytest.mark.soak
 def test_a_background_job_that_ignores_sigint_can_still_be_stopped() -> None:
     # what a shell without job control does to the programs it starts with &
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -299,6 +299,7 @@ def test_one_interrupt_stops_on_all_feet_and_two_cut_torque(tmp_path: Path) -> N
     assert process.returncode == ExitCode.HARDWARE
 
 
+@pytest.mark.soak
 def test_a_signal_to_the_whole_group_leaves_the_virtual_robot_until_it_has_stopped(
     tmp_path: Path,
 ) -> None:

@@ -41,6 +41,7 @@ def test_a_drive_warns_of_its_own_gait_and_goes_on(
     assert ["warning", kept[0]] in lines
 
 
+@pytest.mark.soak
 def test_a_drive_of_a_healthy_robot_warns_of_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -90,6 +90,7 @@ def test_angles_and_poses_alone_give_odometry_judged_by_the_poses(
     assert "drift of the estimator" in shown
 
 
+@pytest.mark.soak
 def test_what_was_worked_out_stands_in_the_log_s_header(
     table: Mapping[str, FloatArray], tmp_path: Path
 ) -> None:
@@ -102,6 +103,7 @@ def test_what_was_worked_out_stands_in_the_log_s_header(
     assert "slope over 0.1 s" in derived
 
 
+@pytest.mark.soak
 def test_places_without_an_attitude_are_ground_truth_too(
     table: Mapping[str, FloatArray], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -181,6 +183,7 @@ def test_a_log_without_what_odometry_needs_names_it_and_what_to_do(
     assert words in capsys.readouterr().err
 
 
+@pytest.mark.soak
 def test_velocities_that_were_not_recorded_are_the_slope_of_the_poses() -> None:
     log = walk_in_memory(CONFIG, "metachronal", cycles=0.5, seed=1, progress=lambda _: None)
     poses = replace(log, truth_velocity_B=np.full_like(log.truth_velocity_B, np.nan))

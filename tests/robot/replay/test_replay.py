@@ -212,6 +212,7 @@ def test_the_first_other_request_is_shown_with_its_register(walk: Path) -> None:
     assert found.wire.differs == "write to id 1: bus_watchdog 12 recorded, 15 now"
 
 
+@pytest.mark.soak
 def test_the_same_wishes_on_the_same_robot_give_the_same_run(
     walk: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -47,7 +47,10 @@ def forward(ticks: list[Tick]) -> float:
     return float(last.position_W[0] - first.position_W[0])
 
 
-@pytest.mark.parametrize(("gait", "least"), [("tripod", 0.10), ("metachronal", 0.04)])
+@pytest.mark.parametrize(
+    ("gait", "least"),
+    [("tripod", 0.10), pytest.param("metachronal", 0.04, marks=pytest.mark.soak)],
+)
 def test_it_walks_forward_and_stands_at_the_end(gait: str, least: float) -> None:
     result, ticks, rig = drive(walk_then_stop(12.0, gait=gait))
     assert result.reason is StopReason.OPERATOR

@@ -206,6 +206,7 @@ def test_drive_in_virtual_time_gives_the_same_log_with_an_imu_every_time(tmp_pat
     assert replayed.equal_bits == replayed.ticks
 
 
+@pytest.mark.soak
 def test_drive_in_real_time_hears_the_virtual_imu_on_its_pseudo_terminal(tmp_path: Path) -> None:
     robot, log = tmp_path / "robot.toml", tmp_path / "log.mcap"
     robot.write_text(WITH_IMU, encoding="utf-8")

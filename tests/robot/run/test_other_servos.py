@@ -11,7 +11,13 @@ from tests.robot.other_servos import MIXED, XL430, other_robot
 from tests.robot.runs import drive, walk_then_stop
 
 
-@pytest.mark.parametrize(("changes", "measured"), [(XL430, 0), (MIXED, 5)], ids=["XL430", "mixed"])
+@pytest.mark.parametrize(
+    ("changes", "measured"),
+    [
+        pytest.param(XL430, 0, id="XL430", marks=pytest.mark.soak),
+        pytest.param(MIXED, 5, id="mixed"),
+    ],
+)
 def test_it_walks_on_the_plant(changes: tuple[tuple[str, str], ...], measured: int) -> None:
     config = parse_robot(other_robot(*changes))
     result, ticks, _ = drive(walk_then_stop(8.0, frequency_hz=0.25), config=config)

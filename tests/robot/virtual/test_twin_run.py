@@ -60,6 +60,7 @@ def test_without_bytes_the_same_trial_comes_out() -> None:
     assert np.isfinite(fast.imu).all()
 
 
+@pytest.mark.soak
 def test_a_twins_log_can_be_replayed(tmp_path: Path) -> None:
     """Step by step through today's controller, the calibrations taken from the log."""
     out = tmp_path / "twin.mcap"
