@@ -139,7 +139,7 @@ def probabilities_given(cases: Iterable[CheckedCase]) -> tuple[tuple[float, bool
     without them, probabilities that are right would seem too low.
     """
     return tuple(
-        (one.probability, listed and any(_is_true(one, truth) for truth in case.truths))
+        (one.probability, listed and any(is_true(one, truth) for truth in case.truths))
         for case in cases
         if gap_declared(case)
         for listed in (case.kind not in {OUTSIDE, REMOVED},)
@@ -147,7 +147,8 @@ def probabilities_given(cases: Iterable[CheckedCase]) -> tuple[tuple[float, bool
     )
 
 
-def _is_true(one: Named, truth: Truth) -> bool:
+def is_true(one: Named, truth: Truth) -> bool:
+    """Whether what was named is what was wrong, at its joint."""
     return (one.effect, one.joints) == (truth.effect, (truth.joint,) if truth.joint else ())
 
 

@@ -4,7 +4,7 @@ Pure: takes the checked cases of each reality. A mean over realities would hide 
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from gap.check.cases import (
@@ -17,6 +17,7 @@ from gap.check.cases import (
     CheckedCase,
     gap_declared,
     group_of,
+    is_true,
     named_effects,
     named_right,
 )
@@ -34,6 +35,8 @@ from gap.check.score import (
 )
 
 FIRST = "first cause right, with leg"
+AMONG = "true cause among the named"
+HEALTHY_ALONE = "healthy: nothing but the baseline"
 WITHIN_LOW, WITHIN_HIGH = 0.60, 0.80
 
 
@@ -95,9 +98,42 @@ def figures_of_reality(
         calibration_figure("calibration error", counted),
         _between("number within one of its +-", within),
         share("number within two of its +-", numbers_within(declared, 2.0), 0.90),
-        number("crashed", float(len(crashed)), len(cases) + len(crashed), "0", lambda v: v == 0),
+        _crashed(cases, crashed),
     )  # fmt: skip
     return RealityFigures(name, figures, len(cases), len(cases) - len(counted), tuple(crashed))
+
+
+def figures_alone(
+    name: str,
+    cases: Sequence[tuple[CheckedCase, Collection[str]]],
+    crashed: Sequence[str] = (),
+) -> RealityFigures:
+    """Count the cases of one reality that were diagnosed without references.
+
+    Such a diagnosis names what the simulator lacks, in a healthy robot too: its baseline, the effects that
+    healthy runs of this robot show (given with each case). So the true cause should be among what is named,
+    and nothing but the baseline in a healthy robot.
+    """
+    every = [case for case, _ in cases]
+    counted = [(case, known) for case, known in cases if not _cannot_be_seen(case)]
+    single = [c for c, _ in counted if c.kind == SINGLE]
+    controls = [(c, known) for c, known in counted if c.kind == CONTROL]
+    figures = (
+        share(AMONG, (_is_among(c) for c in single), 0.85),
+        share(HEALTHY_ALONE, (set(named_effects(c)) <= set(known) for c, known in controls), 0.90),
+        _crashed(every, crashed),
+    )
+    return RealityFigures(name, figures, len(cases), len(cases) - len(counted), tuple(crashed))
+
+
+def _crashed(cases: Sequence[CheckedCase], crashed: Sequence[str]) -> Figure:
+    return number("crashed", float(len(crashed)), len(cases) + len(crashed), "0", lambda v: v == 0)
+
+
+def _is_among(case: CheckedCase) -> bool:
+    """Whether the true cause is one of those named, at its joint."""
+    (truth,) = case.truths
+    return gap_declared(case) and any(is_true(one, truth) for one in case.answer.named)
 
 
 def worst_reality(rows: Sequence[RealityFigures]) -> RealityFigures:
@@ -106,7 +142,7 @@ def worst_reality(rows: Sequence[RealityFigures]) -> RealityFigures:
 
 
 def _first(row: RealityFigures) -> float:
-    value = next(f.value for f in row.figures if f.name == FIRST)
+    value = row.figures[0].value
     return 1.0 if math.isnan(value) else value
 
 

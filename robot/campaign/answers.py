@@ -23,6 +23,7 @@ from robot.campaign.visible import UNKNOWN, Visibility
 from robot.console.progress import ProgressBar
 
 STANDING = "standing.json"
+ANSWERS, ANSWERS_ALONE = "answers", "answers_without_references"
 
 
 def files_of(folder: Path, *, no_references: bool) -> tuple[CaseFiles, ...]:
@@ -33,6 +34,11 @@ def files_of(folder: Path, *, no_references: bool) -> tuple[CaseFiles, ...]:
     """
     files = campaign_cases(folder)
     return tuple(replace(one, references=()) for one in files) if no_references else files
+
+
+def answers_folder(campaign: Path, *, no_references: bool) -> Path:
+    """Return where answers are kept by default: those without references apart from the others."""
+    return campaign / (ANSWERS_ALONE if no_references else ANSWERS)
 
 
 def blind_requests(files: Sequence[CaseFiles], out: Path) -> list[CaseRequest]:

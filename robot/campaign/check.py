@@ -10,6 +10,7 @@ from robot.campaign.answers import (
     STANDING,
     answer_all,
     answer_removed,
+    answers_folder,
     blind_requests,
     checked_cases,
     files_of,
@@ -50,7 +51,7 @@ def _check_one(request: CampaignScoreRequest, executor: Executor) -> ExitCode:
     files = files_of(request.campaign, no_references=request.no_references)
     reality = campaign_reality(request.campaign)
     scenario = None if request.scenario is None else read_scenario(request.scenario, reality)
-    out = request.out or request.campaign / "answers"
+    out = request.out or answers_folder(request.campaign, no_references=request.no_references)
     blind = blind_requests(files, out)
     answer_all(blind, executor, "cases")
     labels = read_labels(request.campaign, request.key, files)

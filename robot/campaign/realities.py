@@ -3,32 +3,43 @@
 Constants of the probabilities are fitted on all realities but one and judged on that one, each in turn.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
+from typing import TypeVar
 
 from gap.check.calibration import LeftOut, leave_one_out
 from gap.check.cases import CheckedCase
 from gap.check.evidence_rows import cause_prior, cause_rows, none_prior, none_rows
-from gap.check.realities import RealityFigures, figures_of_reality, worst_reality
+from gap.check.realities import (
+    RealityFigures,
+    figures_alone,
+    figures_of_reality,
+    worst_reality,
+)
 from gap.check.score import confusions
 from model.errors import RecordError
 from record.whole_file import write_text
 from robot.campaign.answers import (
+    STANDING,
     answer_each,
     answer_removed,
+    answers_folder,
     blind_requests,
     checked_cases,
     files_of,
     read_labels,
 )
-from robot.campaign.case import CASES
+from robot.campaign.case import CASES, commission_case
 from robot.campaign.reality_text import reality_lines, reality_markdown
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import give_json, to_stdout
 from robot.requests.campaign import CampaignScoreRequest
 
 ALL = "all"  # the row of all realities together
+Part = TypeVar("Part")
+Cases = Mapping[str, Sequence[CheckedCase]]
+Crashed = Mapping[str, Mapping[str, BaseException]]
 
 
 def check_realities(request: CampaignScoreRequest, executor: Executor) -> ExitCode:
@@ -47,9 +58,7 @@ def check_realities(request: CampaignScoreRequest, executor: Executor) -> ExitCo
     cases = {
         name: _counted(request, folder, crashed[name], executor) for name, folder in folders.items()
     }
-    rows = [figures_of_reality(name, own, tuple(crashed[name])) for name, own in cases.items()]
-    every = [case for own in cases.values() for case in own]
-    together = figures_of_reality(ALL, every, [case for own in crashed.values() for case in own])
+    rows, together = (_alone if request.no_references else _rows)(request, cases, crashed)
     none = leave_one_out({name: none_rows(own) for name, own in cases.items()}, none_prior())
     cause = leave_one_out({name: cause_rows(own) for name, own in cases.items()}, cause_prior())
     _give(request, rows, together, (none, cause), cases, crashed)
@@ -62,8 +71,8 @@ def _give(
     rows: Sequence[RealityFigures],
     together: RealityFigures,
     left_out: tuple[Sequence[LeftOut], Sequence[LeftOut]],
-    cases: Mapping[str, Sequence[CheckedCase]],
-    crashed: Mapping[str, Mapping[str, BaseException]],
+    cases: Cases,
+    crashed: Crashed,
 ) -> None:
     worst, confused = worst_reality(rows), {name: confusions(own) for name, own in cases.items()}
     if not to_stdout(request.json):
@@ -97,8 +106,36 @@ def _campaigns(folder: Path) -> dict[str, Path]:
     return folders
 
 
+def _rows(
+    _: CampaignScoreRequest, cases: Cases, crashed: Crashed
+) -> tuple[list[RealityFigures], RealityFigures]:
+    """Count each reality, and all together."""
+    rows = [figures_of_reality(name, own, tuple(crashed[name])) for name, own in cases.items()]
+    return rows, figures_of_reality(ALL, _joined(cases), _joined(crashed))
+
+
+def _alone(
+    request: CampaignScoreRequest, cases: Cases, crashed: Crashed
+) -> tuple[list[RealityFigures], RealityFigures]:
+    """Count answers without references against what the references of each reality show."""
+    known = {}
+    for name, own in cases.items():
+        folder = request.campaign / name
+        first = blind_requests(files_of(folder, no_references=False), folder)[0]
+        baseline = {one.effect for one in commission_case(first, _out(request, folder) / STANDING)}
+        known[name] = [(case, baseline) for case in own]
+    rows = [figures_alone(name, own, tuple(crashed[name])) for name, own in known.items()]
+    return rows, figures_alone(ALL, _joined(known), _joined(crashed))
+
+
+def _joined(parts: Mapping[str, Iterable[Part]]) -> list[Part]:
+    return [one for own in parts.values() for one in own]
+
+
 def _out(request: CampaignScoreRequest, folder: Path) -> Path:
-    return folder / "answers" if request.out is None else request.out / folder.name
+    if request.out is not None:
+        return request.out / folder.name
+    return answers_folder(folder, no_references=request.no_references)
 
 
 def _counted(

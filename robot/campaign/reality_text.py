@@ -4,15 +4,18 @@ import math
 from collections.abc import Mapping, Sequence
 
 from gap.check.calibration import LeftOut
-from gap.check.realities import RealityFigures
+from gap.check.realities import FIRST, RealityFigures
 from gap.check.score import Confusion, Figure
 from robot.campaign.score_text import figure_value, too_small_words
 from robot.console.table import Column, markdown_lines, table_lines
 
-SHORT = (
-    "first", "group", "stage", "healthy", "pairs", "outside", "AUROC", "unexpl.", "calib.", "1 +-",
-    "2 +-", "crashed",
-)  # fmt: skip
+SHORT = {
+    FIRST: "first", "or in its declared group": "group", "stage right, of detected": "stage",
+    "healthy called no_gap": "healthy", "both causes of a pair": "pairs",
+    "outside: unexplained": "outside", "AUROC of none of these": "AUROC",
+    "listed, called unexplained": "unexpl.", "calibration error": "calib.",
+    "number within one of its +-": "1 +-", "number within two of its +-": "2 +-",
+}  # fmt: skip
 MISSED = " *"
 JUDGED = ("reality", "rows", "error now", "error fitted", "loss now", "loss fitted")
 
@@ -25,13 +28,11 @@ def reality_lines(
     confused: Mapping[str, Sequence[Confusion]],
 ) -> list[str]:
     """Return what is printed."""
-    head = ("reality", "cases", *SHORT)
+    head = _head(rows[0])
     lines = table_lines(
         tuple(Column(name) for name in head), [_row(row) for row in (*rows, together)]
     )
-    bars = ", ".join(
-        f"{name} {figure.bar}" for name, figure in zip(SHORT, rows[0].figures, strict=True)
-    )
+    bars = ", ".join(f"{_short(figure)} {figure.bar}" for figure in rows[0].figures)
     lines += [f"bars: {bars}; missed ones are marked *", f"worst: {_worst(worst)}"]
     for title, judged in zip(_TITLES, left_out, strict=True):
         if judged:
@@ -56,7 +57,7 @@ def reality_markdown(
     bars = ("bar", "", *(figure.bar for figure in rows[0].figures))
     table = [_row(row) for row in (*rows, together)]
     lines = [
-        *markdown_lines(("reality", "cases", *SHORT), [*table, bars]),
+        *markdown_lines(_head(rows[0]), [*table, bars]),
         "",
         f"Worst: {_worst(worst)}.",
     ]
@@ -74,6 +75,14 @@ _TITLES = (
 _JUDGED = tuple(
     Column(name, form) for name, form in zip(JUDGED, ("", "d", *[".3f"] * 4), strict=True)
 )
+
+
+def _head(row: RealityFigures) -> tuple[str, ...]:
+    return ("reality", "cases", *(_short(figure) for figure in row.figures))
+
+
+def _short(figure: Figure) -> str:
+    return SHORT.get(figure.name, figure.name)
 
 
 def _row(row: RealityFigures) -> tuple[str, ...]:

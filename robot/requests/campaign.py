@@ -68,7 +68,10 @@ class CampaignScoreRequest:
     scenario: Path | None = option(
         "its scenario file: the twin walks each case again to measure what is visible", "FILE"
     )
-    out: Path | None = option("where answers are kept (default: CAMPAIGN/answers)", "DIR")
+    out: Path | None = option(
+        "where answers are kept (default: answers in CAMPAIGN; without references answers_without_references)",
+        "DIR",
+    )
     removed: int = option(
         "single-effect cases to diagnose again without their effect in the catalogue",
         "N",

@@ -29,7 +29,7 @@ from gap.check.cases import (
     probabilities_given,
 )
 from gap.check.evidence_rows import cause_prior, cause_rows, none_prior, none_rows
-from gap.check.realities import figures_of_reality, worst_reality
+from gap.check.realities import figures_alone, figures_of_reality, worst_reality
 from gap.check.score import numbers_within
 from gap.diagnosis.probability import Fit, none_of_them
 
@@ -219,3 +219,21 @@ def test_a_cause_at_another_leg_or_of_a_case_outside_the_catalogue_was_not_there
     assert probabilities_given([RIGHT, OTHER_LEG, ODD, SILENT]) == (
         (0.9, True), (0.9, False), (0.9, False),
     )  # fmt: skip
+
+
+def test_without_references_the_true_cause_is_among_the_named_and_nothing_new_in_a_healthy_robot() -> (
+    None
+):
+    lag = Named("servo_lag", (), (), 0.8)
+    known = {"servo_lag"}
+    cases = [
+        (answered(RIGHT, lag, NAMED), known),  # second, but there
+        (OTHER_LEG, known),
+        (answered(HEALTHY, lag, verdict="unexplained"), known),
+        (answered(HEALTHY, lag, NAMED, verdict="explained"), known),
+        (HEALTHY, known),
+    ]
+    row = figures_alone("r", cases, ("c1",))
+    assert [one.value for one in row.figures] == [0.5, pytest.approx(2 / 3), 1.0]
+    assert [one.met for one in row.figures] == [False, False, False]
+    assert worst_reality([row]) is row

@@ -9,7 +9,10 @@ from typing import Any
 
 import pytest
 
+from gap.interfaces import Cause
 from robot.campaign import check, make
+from robot.campaign.answers import ANSWERS, ANSWERS_ALONE, STANDING
+from robot.campaign.case import write_causes
 from robot.campaign.executor import campaign_executor
 from robot.cli.main import run as command
 from robot.console.exit_codes import ExitCode
@@ -164,3 +167,20 @@ def test_a_cluster_gives_the_same_answers(
             assert len(trials) == 1
             answers[name] = whole["cases"], whole["crashed"], trials
     assert answers["here"] == answers["there"]
+
+
+def test_answers_without_references_are_kept_apart_and_counted_for_what_they_can_say(
+    realities: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("calm", "rough"):
+        folder = realities / name
+        (folder / ANSWERS).rename(folder / ANSWERS_ALONE)
+        write_causes((Cause("servo_lag", (), (0.05,)),), folder / ANSWERS_ALONE / STANDING)
+    line = ["campaign", "score", str(realities), "--realities", "--no-references"]
+    assert command([*line, "--json", str(realities / "figures.json")]) == ExitCode.VERDICT_FAILED
+    head, calm, rough, together, *_ = capsys.readouterr().out.splitlines()
+    assert "true cause among the named" in head
+    assert "healthy: nothing but the baseline" in head
+    assert calm.split()[:5] == ["calm", "3", "100.0%", "of", "2"]
+    assert rough.split()[:5] == ["rough", "3", "50.0%", "of", "2"]
+    assert together.split()[5:8] == ["*", "100.0%", "of"], "a lag is what this robot always has"
