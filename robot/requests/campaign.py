@@ -69,7 +69,7 @@ class CampaignScoreRequest:
         "its scenario file: the twin walks each case again to measure what is visible", "FILE"
     )
     out: Path | None = option(
-        "where answers are kept (default: answers in CAMPAIGN; without references answers_without_references)",
+        "where answers are kept (default: answers in CAMPAIGN, those without references apart)",
         "DIR",
     )
     removed: int = option(
