@@ -20,6 +20,7 @@ $(STAMP): pyproject.toml constraints.txt
 	    $(PYTHON) -m venv $(VENV) && \
 	    $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt -e '.[dev]'; \
 	fi
+	@$(BIN)/python -m bigant.import_all # compiled copies of what is imported; pip would make 7,000
 	@touch $(STAMP)
 
 install: $(STAMP) ## make .venv with all that development needs (with uv if it is there)
