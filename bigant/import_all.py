@@ -1,7 +1,7 @@
 """``python -m bigant.import_all``: import every module of ours, for ``make install``.
 
-Python keeps compiled copies of what it imports. So no start has to compile them, and the thousands of modules
-of other packages that nothing imports are never compiled, which takes pip longer than all else.
+Python keeps compiled copies of what it imports. So no start has to compile them, and the thousands of
+modules of other packages that nothing imports are never compiled, which takes pip longer than all else.
 """
 
 import importlib

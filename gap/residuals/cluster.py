@@ -83,6 +83,11 @@ class ClusterPredictions:
     installed: Any
     workers: Callable[[], int]
 
+    @property
+    def at_once(self) -> int:
+        """How many calls may be made at a time, by threads."""
+        return 1
+
     def predict(self, requests: Sequence[Prediction]) -> list[FloatArray]:
         """Return (F, C) for each.
 

@@ -10,6 +10,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from queue import SimpleQueue
 
 import numpy as np
 
@@ -19,7 +20,8 @@ from model.errors import GapError
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
 
-SLOTS = 96  # answers that shared memory has room for
+LANES = 2  # calls at a time: while one waits for predictions, another works on what it got
+SLOTS = 48  # answers of a call that shared memory has room for
 CHUNKS = 4  # of a call for each worker: the last one should not be waited for long
 NUMBER_BYTES = 8
 Shape = tuple[int, ...]
@@ -80,6 +82,12 @@ class PooledPredictions:
     executor: Executor
     workers: int
     shared: _Shared
+    lanes: SimpleQueue[int]
+
+    @property
+    def at_once(self) -> int:
+        """How many calls may be made at a time, by threads."""
+        return LANES
 
     def predict(self, requests: Sequence[PredictionRequest]) -> list[FloatArray]:
         """Return (F, C) for each.
@@ -90,16 +98,21 @@ class PooledPredictions:
         # a process that stays with a trial finds more of what it has solved before
         order = sorted(range(len(requests)), key=lambda i: requests[i].trial)
         answers: dict[int, FloatArray] = {}
-        for at in range(0, len(order), SLOTS):
-            answers |= self._round(requests, order[at : at + SLOTS])
+        lane = self.lanes.get()
+        try:
+            for at in range(0, len(order), SLOTS):
+                answers |= self._round(requests, order[at : at + SLOTS], lane * SLOTS)
+        finally:
+            self.lanes.put(lane)
         return [answers[i] for i in range(len(requests))]
 
     def _round(
-        self, requests: Sequence[PredictionRequest], order: Sequence[int]
+        self, requests: Sequence[PredictionRequest], order: Sequence[int], first: int
     ) -> dict[int, FloatArray]:
+        """Predict as many as there are slots in a lane; ``first`` is the number of its first slot."""
         size = -(-len(order) // (CHUNKS * self.workers))
-        firsts = range(0, len(order), size)
-        asked = [[requests[i] for i in order[at : at + size]] for at in firsts]
+        firsts = range(first, first + len(order), size)
+        asked = [[requests[i] for i in order[at : at + size]] for at in range(0, len(order), size)]
         sent = [
             one for some in self.executor.map(_predict_into_slots, firsts, asked) for one in some
         ]
@@ -107,7 +120,7 @@ class PooledPredictions:
             i: one
             if isinstance(one, np.ndarray)
             else readonly(self.shared.slot(number, one).copy())
-            for number, (i, one) in enumerate(zip(order, sent, strict=True))
+            for number, (i, one) in enumerate(zip(order, sent, strict=True), first)
         }
 
 
@@ -126,7 +139,10 @@ def prediction_pool(
     longest = max((len(trial.time_s) for trial in every), default=1)
     numbers = max(1, longest * len(simulator.channels))
     # nobody's file: it goes with the last process that has it
-    memory = mmap.mmap(-1, SLOTS * numbers * NUMBER_BYTES)
+    memory = mmap.mmap(-1, LANES * SLOTS * numbers * NUMBER_BYTES)
     shared = _Shared(simulator, every, memory, numbers)
+    lanes: SimpleQueue[int] = SimpleQueue()
+    for lane in range(LANES):
+        lanes.put(lane)
     with worker_pool(workers, partial(_install, shared), inherit=True) as pool:
-        yield PooledPredictions(pool, workers, shared)
+        yield PooledPredictions(pool, workers, shared, lanes)

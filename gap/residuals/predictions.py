@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from threading import Lock
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +19,10 @@ REMEMBERED = 64
 
 class PredictsElsewhere(Protocol):
     """Predicts the trials by their indices, on other processes or computers."""
+
+    @property
+    def at_once(self) -> int:
+        """How many calls may be made at a time, by threads."""
 
     def predict(self, requests: Sequence[PredictionRequest], /) -> list[FloatArray]:
         """Return (F, C) for each."""
@@ -44,6 +49,12 @@ class Predictor:
         self.count = 0
         self._elsewhere = elsewhere
         self._known: dict[PredictionRequest, FloatArray] = {}
+        self._lock = Lock()
+
+    @property
+    def at_once(self) -> int:
+        """How many calls may be made at a time, by threads; 1 where predictions are made here."""
+        return 1 if self._elsewhere is None else self._elsewhere.at_once
 
     def with_standing(self, standing: tuple[Cause, ...]) -> "Predictor":
         """Return the same with these causes behind those that stand."""
@@ -51,10 +62,11 @@ class Predictor:
 
     def predict(self, requests: Sequence[PredictionRequest]) -> list[FloatArray]:
         """Return (F, C) for each."""
-        fresh = list(dict.fromkeys(one for one in requests if one not in self._known))
+        before = self._known  # never changed, only replaced
+        fresh = list(dict.fromkeys(one for one in requests if one not in before))
         whole = [replace(one, causes=(*self.standing, *one.causes)) for one in fresh]
         many = many_of(self.simulator)
-        if self._elsewhere is not None and len(whole) > 1:
+        if self._elsewhere is not None and len(whole) > (1 if self.at_once == 1 else 0):
             predicted = self._elsewhere.predict(whole)
         elif many is not None:
             predicted = many([(self.trials[w.trial], w.causes, w.drive) for w in whole])
@@ -62,10 +74,11 @@ class Predictor:
             predicted = [
                 self.simulator.predict(self.trials[w.trial], w.causes, w.drive) for w in whole
             ]
-        self.count += len(fresh)
-        answers = self._known | dict(zip(fresh, predicted, strict=True))
-        self._known = dict(list(answers.items())[-REMEMBERED:])
-        return [answers[one] for one in requests]
+        made = dict(zip(fresh, predicted, strict=True))
+        with self._lock:
+            self.count += len(fresh)
+            self._known = dict(list((self._known | made).items())[-REMEMBERED:])
+        return [made[one] if one in made else before[one] for one in requests]
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from gap.constants import HIDDEN_SHARE, LEAST_SHARE, OPEN_LEVEL, REST_SHARE
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
+from gap.search.at_once import each_of
 from gap.search.candidates import Family, families_of
 from gap.search.fit import ROUNDS, Fitted
 from gap.search.healthy_search import HealthySearch
@@ -147,7 +149,8 @@ class Look:
             listed = shortlist(ranked, self.search.shortlist, near, least)
             ranked = [gain for gain in ranked if gain not in listed]
             own = [forms[gain.signature.candidate.family] for gain in listed]
-            fresh = sorted((self._best_form(selection, one) for one in own), key=rank)
+            find = partial(self._best_form, selection)
+            fresh = sorted(each_of(own, find, self.evidence.predictor.at_once), key=rank)
             options += fresh
             for one in fresh:
                 if not worth(one.over, len(one.added.effect.parameters), len(one.unseen)):

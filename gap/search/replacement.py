@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 from gap.constants import AHEAD_NATS
 from gap.interfaces import Cause
+from gap.search.at_once import each_of
 from gap.search.candidates import Candidate, families_of
 from gap.search.fit import fit_causes
 from gap.search.look import Look, Selection, Step
@@ -39,9 +40,15 @@ def _better_at(look: Look, selection: Selection, signatures: Signatures, at: int
     """Return the selection with the best candidate at one place."""
     step, causes = selection.steps[at], selection.fitted.causes
     best: tuple[Candidate, Option] | None = None
-    for added, cause in _others(look, selection, signatures, at):
+
+    def fitted(other: tuple[Candidate, Cause]) -> Option:
+        added, cause = other
         start = (*causes[:at], cause, *causes[at + 1 :])
-        option = fit_option(look.evidence, added, start, selection.unseen, FEW_ROUNDS)
+        return fit_option(look.evidence, added, start, selection.unseen, FEW_ROUNDS)
+
+    others = list(_others(look, selection, signatures, at))
+    options = each_of(others, fitted, look.evidence.predictor.at_once)
+    for (added, _), option in zip(others, options, strict=True):
         ahead = option.over.nats > max(option.over.error, AHEAD_NATS)
         if ahead and (best is None or option.over.nats > best[1].over.nats):
             best = added, option

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
+from gap.search.at_once import ahead_of
 from gap.search.candidates import STEP, Candidate, starts_of, stepped
 from model.values.arrays import FloatArray
 
@@ -131,13 +132,21 @@ class _Rows:
     ) -> list[int]:
         """Predict candidates at values, keep the changes over their steps, and return their rows."""
         first = self._count
-        for at in range(0, len(wanted), BATCH):
-            sets = [(*self._standing, one.cause(v)) for one, v in wanted[at : at + BATCH]]
-            for i, residual in enumerate(self._evidence.residuals(sets), at):
+        for at, residuals in self._batches(wanted):
+            for i, residual in enumerate(residuals, at):
                 change = self._base - residual
                 self._append(change, steps[i] if steps else 1.0)
             progress(min(1.0, (at + BATCH) / len(wanted)))
         return list(range(first, self._count))
+
+    def _batches(
+        self, wanted: Sequence[tuple[Candidate, tuple[float, ...]]]
+    ) -> Iterator[tuple[int, list[FloatArray]]]:
+        """Yield residuals batch by batch, with where each begins; the next ones are on their way."""
+        sets = [(*self._standing, one.cause(v)) for one, v in wanted]
+        batches = [sets[at : at + BATCH] for at in range(0, len(sets), BATCH)]
+        made = ahead_of(batches, self._evidence.residuals, self._evidence.predictor.at_once)
+        yield from zip(range(0, len(sets), BATCH), made, strict=True)
 
     def _append(self, change: FloatArray, step: float) -> None:
         if self._count == len(self._room):
