@@ -49,6 +49,13 @@ EFFECTS = (
     toy_effect("grip", "move", Scope.JOINT, number("ratio", 0.2, 1.0, 0.1)),
     toy_effect("tether", "move", Scope.ALL, number("x_n", 0.1)),
 )
+# effects that ``chain`` knows beside these: of a sensor, and at a place
+SPEED_GAIN = toy_effect("speed_gain", "sensing", Scope.ALL, number("ratio", 0.1, 1.0, 0.1))
+BUMP = toy_effect(
+    "bump", "press", Scope.JOINT, number("height_n", 0.3),
+    Parameter("place_rad", "rad", 0.0, -0.6, 0.6, 0.3, located=True),
+)  # fmt: skip
+BUMP_WIDTH = 0.15
 CHANNELS = (
     *(Channel("angle", j, "drive", "rad") for j in JOINTS),
     *(Channel("force", j, "press", "N") for j in JOINTS),
@@ -110,7 +117,7 @@ def chain(
     delay = lag = tether = 0.0
     offset, bias = np.zeros(3), np.zeros(3)
     stiffness, grip = np.ones(3), np.ones(3)
-    square = False
+    square, gain, bumps = False, 1.0, []
     for cause in causes:
         on = [JOINTS.index(j) for j in cause.joints] or [0, 1, 2]
         v = cause.values
@@ -131,6 +138,10 @@ def chain(
                 grip[on] *= v[0]
             case "tether":
                 tether += v[0]
+            case "speed_gain":
+                gain *= v[0]
+            case "bump":
+                bumps.append((on, *v))
     shape = 0.5 if gait == "walk" else 0.15
     phase = 2 * np.pi * hz * (time_s[:, None] - delay) - np.array([0.0, 2.1, 4.2])
     # a first-order lag of each harmonic, exactly
@@ -142,9 +153,11 @@ def chain(
     used_angle = measured.shaft_rad if measured is not None else angle
     press = 1.5 + used_angle
     force = 2.0 * stiffness * (press**2 / 1.5 if square else press) + bias
+    for on, height, place in bumps:
+        force[:, on] += height * np.exp(-0.5 * ((used_angle[:, on] - place) / BUMP_WIDTH) ** 2)
     used_force = measured.force_n[..., 2] if measured is not None else force - bias
     pull = used_force * grip
-    speed = 0.3 * ((pull * np.cos(used_angle)).sum(axis=1) + tether) / pull.sum(axis=1)
+    speed = gain * 0.3 * ((pull * np.cos(used_angle)).sum(axis=1) + tether) / pull.sum(axis=1)
     return np.column_stack([angle, force, speed])
 
 

@@ -1,0 +1,1 @@
+"""What half and twice of each constant of the diagnosis does to its figures."""

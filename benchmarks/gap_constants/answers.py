@@ -1,0 +1,46 @@
+"""All known cases with their answers. Importing this imports the diagnosis with its constants."""
+
+import warnings
+
+from benchmarks.gap_constants.cases import KnownCase
+from benchmarks.gap_constants.figures import JudgedCase
+from benchmarks.gap_constants.servo_cases import servo_cases
+from benchmarks.gap_constants.toy_cases import toy_cases
+from gap.check.cases import CaseAnswer, CheckedCase, Named, Remainder
+from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.findings import Diagnosis
+
+
+def answered() -> list[JudgedCase]:
+    """Diagnose every case."""
+    with warnings.catch_warnings(action="ignore"):
+        return [_checked(case) for case in (*toy_cases(), *servo_cases())]
+
+
+def _checked(case: KnownCase) -> JudgedCase:
+    diagnosis = diagnose(case.trials, case.simulator, case.references)
+    nan = float("nan")
+    answer = _answer(diagnosis, referenced=bool(case.references))
+    sizes = {f"{one.effect} {one.parameter}": one.size for one in diagnosis.detectable}
+    return JudgedCase(CheckedCase(case.name, case.kind, case.truths, answer, nan, nan), sizes)
+
+
+def _answer(diagnosis: Diagnosis, *, referenced: bool) -> CaseAnswer:
+    fit = diagnosis.fit
+    return CaseAnswer(
+        verdict=diagnosis.verdict.value,
+        stage=diagnosis.stage,
+        named=tuple(
+            Named(
+                one.effect, one.joints, tuple((v.name, v.value) for v in one.values), one.probability,
+                tuple((v.name, v.error) for v in one.values),
+            )
+            for one in diagnosis.causes
+        ),
+        alike=tuple((one.of[0], one.effect) for one in diagnosis.ambiguous),
+        none=diagnosis.none,
+        shrink=diagnosis.far.shrink,
+        seconds=float("nan"),
+        remainder=Remainder(fit.closed, fit.excess_after, fit.worst_after, fit.p_after),
+        referenced=referenced,
+    )  # fmt: skip

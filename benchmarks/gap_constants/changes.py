@@ -1,0 +1,38 @@
+"""Half and twice of each constant of ``gap.constants``, and what these are of a share or of log odds."""
+
+import math
+from dataclasses import dataclass
+
+from gap import constants
+from gap.constants import Constant
+
+# doubled, these would reach 1 or more: half of the way to 1 instead
+SHARES = frozenset({"SHOWN", "MOSTLY", "WHOLE_SHARE", "NONE_LIKELY"})
+# half and twice the odds: their logarithm less and more by ln 2
+LOG_ODDS = frozenset({"NONE"})
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A constant at another value; no name leaves all as they are."""
+
+    name: str = ""
+    value: float = 0.0
+
+
+UNCHANGED = Change()
+
+
+def known() -> dict[str, float]:
+    """Return every constant by its name."""
+    return {
+        name: float(value) for name, value in vars(constants).items() if isinstance(value, Constant)
+    }
+
+
+def half_and_twice(name: str, value: float) -> tuple[Change, Change]:
+    """Return a constant at half and at twice its value, or what stands for these."""
+    if name in LOG_ODDS:
+        return Change(name, value - math.log(2.0)), Change(name, value + math.log(2.0))
+    more = 0.5 * (1.0 + value) if name in SHARES else 2.0 * value
+    return Change(name, 0.5 * value), Change(name, more)
