@@ -1,23 +1,35 @@
-"""What half and twice of each constant does to known cases: ``python -m benchmarks.gap_constants``.
+"""What half and twice of each constant does: ``python -m benchmarks.gap_constants [--campaigns DIR ...]``.
 
 Writes ``docs/gap_constants.toml``, from which ``make docs`` makes the page. Every change is judged in a
-process of its own (``judged``), on the same cases (``toy_cases``, ``servo_cases``).
+process of its own (``judged``): on known cases of small machines (``toy_cases``, ``servo_cases``), or, with
+``--campaigns``, on the saved answers of campaigns whose labels are open, as far as probabilities go.
 """
 
 import argparse
-from collections.abc import Iterator
+import sys
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
-from benchmarks.gap_constants.changes import UNCHANGED, Change, half_and_twice, known
-from benchmarks.gap_constants.figures import counts, differences
+from benchmarks.gap_constants.changes import (
+    OF_PROBABILITIES,
+    UNCHANGED,
+    half_and_twice,
+    known,
+)
+from benchmarks.gap_constants.figures import JudgedCase, counts, differences
 from benchmarks.gap_constants.judged import judged
 from bigant.one_thread import one_thread
+from model.parameters.toml_table import parse_toml
 from record.toml_file import toml_text
 
 PAGE_DATA = Path(__file__).resolve().parents[2] / "docs" / "gap_constants.toml"
+HEAD = ("Written by python -m benchmarks.gap_constants; docs/gap_constants.md explains it.",)
 Row = dict[str, float | int]
 
 
@@ -26,40 +38,51 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_constants", description=__doc__)
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     parser.add_argument(
-        "--only", nargs="*", default=[], help="print these constants, write nothing"
+        "--only", nargs="+", default=[], help="print these constants, write nothing"
     )
-    parser.add_argument("--out", type=Path, default=PAGE_DATA, help="file to write")
+    parser.add_argument(
+        "--campaigns", type=Path, nargs="+", default=[], help="judge their saved answers again"
+    )
     request = parser.parse_args()
     one_thread()
-    names = request.only or list(known())
-    values = {name: known()[name] for name in names}
-    changes = [change for name in names for change in half_and_twice(name, values[name])]
-    table: dict[str, dict[str, object]] = {name: {"value": values[name]} for name in names}
-    with ProcessPoolExecutor(
-        request.jobs, mp_context=get_context("spawn"), max_tasks_per_child=1
-    ) as pool:
-        rows = _rows(pool, changes)
-        before = next(rows)
-        print("as they are", before, flush=True)
-        for change, row in zip(changes, rows, strict=True):
-            side = "half" if change.value < values[change.name] else "twice"
-            table[change.name][side] = {"value": change.value, **row}
-            print(change.name, side, row, flush=True)
+    names = request.only or (OF_PROBABILITIES if request.campaigns else list(known()))
+    measured = _measured(names, tuple(request.campaigns), request.jobs)
     if not request.only:
-        request.out.write_text(toml_text({"unchanged": before, **table}), encoding="utf-8")
+        section = "legged" if request.campaigns else "small_machines"
+        whole = {**_earlier(), section: measured}
+        PAGE_DATA.write_text(toml_text(whole, HEAD), encoding="utf-8")
 
 
-def _rows(pool: ProcessPoolExecutor, changes: list[Change]) -> Iterator[Row]:
-    """Yield the figures without any change, and then with each."""
-    answers = pool.map(judged, [UNCHANGED, *changes])
-    before = next(answers)
-    kinds = [one.checked.kind for one in before]
-    yield {
-        **_rounded(asdict(counts(before))),
-        **{f"cases_{k}": kinds.count(k) for k in sorted(set(kinds))},
-    }
+def _earlier() -> dict[str, Any]:
+    """What is in the file already."""
+    there = PAGE_DATA.is_file()
+    return parse_toml(PAGE_DATA.read_text(encoding="utf-8"), PAGE_DATA.name) if there else {}
+
+
+def _measured(names: Sequence[str], campaigns: tuple[Path, ...], jobs: int) -> dict[str, Any]:
+    """Figures as they are, and of each constant at half and at twice its value."""
+    values = known()
+    changes = [change for name in names for change in half_and_twice(name, values[name])]
+    table: dict[str, dict[str, Any]] = {name: {"value": values[name]} for name in names}
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
+        answers = pool.map(partial(judged, campaigns=campaigns), [UNCHANGED, *changes])
+        before = next(answers)
+        unchanged = {**_rounded(asdict(counts(before))), "cases": _kinds(before)}
+        print("as they are:", unchanged, flush=True)
+        for change, row in zip(changes, _rows(answers, before), strict=True):
+            side = "half" if change.value < values[change.name] else "twice"
+            table[change.name][side] = {"at": round(change.value, 6), **row}
+            print(change.name, side, row, file=sys.stderr, flush=True)
+    return {"unchanged": unchanged, "constants": table}
+
+
+def _rows(answers: Iterator[list[JudgedCase]], before: list[JudgedCase]) -> Iterator[Row]:
     for after in answers:
         yield _rounded({**asdict(counts(after)), **asdict(differences(after, before))})
+
+
+def _kinds(cases: Sequence[JudgedCase]) -> dict[str, int]:
+    return dict(sorted(Counter(one.checked.kind for one in cases).items()))
 
 
 def _rounded(row: Row) -> Row:

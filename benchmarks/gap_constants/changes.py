@@ -11,6 +11,12 @@ SHARES = frozenset({"SHOWN", "MOSTLY", "WHOLE_SHARE", "NONE_LIKELY"})
 # half and twice the odds: their logarithm less and more by ln 2
 LOG_ODDS = frozenset({"NONE"})
 
+# what a saved answer can be judged again with
+OF_PROBABILITIES = (
+    "TEMPERATURE", "ERROR_SHARE", "MISFIT_SHARE", "NONE", "NONE_ENERGY", "NONE_OPEN", "NONE_OPEN_ALONE",
+    "NONE_WORST", "NONE_WORST_ALONE", "NONE_MANY", "SURELY_ODD", "NONE_LIKELY",
+)  # fmt: skip
+
 
 @dataclass(frozen=True, slots=True)
 class Change:

@@ -122,7 +122,7 @@ def differences(judged: Sequence[JudgedCase], before: Sequence[JudgedCase]) -> D
     return Differences(
         verdicts=sum(a.checked.answer.verdict != b.checked.answer.verdict for a, b in pairs),
         causes=sum(_causes(a) != _causes(b) for a, b in pairs),
-        visible_sizes=float(np.median(ratios)),
+        visible_sizes=float(np.median(ratios)) if ratios else 1.0,
     )
 
 

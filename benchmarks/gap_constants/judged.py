@@ -7,6 +7,7 @@ of them is, and nothing in them has to know that they can be varied.
 import importlib
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from benchmarks.gap_constants.changes import UNCHANGED, Change
 from benchmarks.gap_constants.figures import JudgedCase
@@ -15,12 +16,16 @@ from gap.constants import Constant
 from model.errors import GapError
 
 
-def judged(change: Change) -> list[JudgedCase]:
-    """Return every case with the answer to it; to be called in a fresh process."""
+def judged(change: Change, campaigns: Sequence[Path] = ()) -> list[JudgedCase]:
+    """Return every case with the answer to it; to be called in a fresh process.
+
+    Without campaigns, whose saved answers are judged again, these are the known cases.
+    """
     set_before_use(change)
-    answers = importlib.import_module("benchmarks.gap_constants.answers")
+    name = "saved_answers" if campaigns else "answers"
+    answers = importlib.import_module(f"benchmarks.gap_constants.{name}")
     check_used(change)
-    cases: list[JudgedCase] = answers.answered()
+    cases: list[JudgedCase] = answers.answered(campaigns) if campaigns else answers.answered()
     return cases
 
 

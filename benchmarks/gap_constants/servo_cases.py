@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from benchmarks.gap_constants.cases import KnownCase, drawn, truths_of
-from gap.check.cases import CONTROL, OUTSIDE, PAIR, SINGLE
+from gap.check.cases import OUTSIDE, PAIR, SINGLE
 from gap.interfaces import Cause, Drive
 from gap.machines.servo_bench.simulator import servo_bench
 from record.trial.trial import Trial
@@ -20,7 +20,7 @@ NAMES = (
     "controller_gain",
     "payload",
 )
-KINDS = (SINGLE, SINGLE, SINGLE, PAIR, CONTROL, OUTSIDE)
+KINDS = (SINGLE, SINGLE, PAIR, OUTSIDE)
 HZ, FRAMES, RUNS, NOISE_RAD = 50.0, 500, 4, 0.001
 COGGING_RAD, COGS = 0.004, 20.0  # what no effect is: the shaft is held at so many angles a turn
 WANDER = 0.03  # of the controller's gain, from run to run

@@ -123,9 +123,7 @@ def chances(
             if one.added.effect.name in alike:  # no fit can tell them apart
                 weights.append(1.0)
                 continue
-            scale = TEMPERATURE + ERROR_SHARE * behind.error
-            scale += MISFIT_SHARE * left_nats
-            weights.append(math.exp(-max(min(behind.nats / scale, 700.0), 0.0)))
+            weights.append(weight_of(behind, left_nats))
         share = (1.0 - none) / (1.0 + sum(weights) + unfitted)
         of = step.chosen.added.family
         rivals = tuple(
@@ -142,6 +140,12 @@ def chances(
         )
         out.append((share, rivals))
     return tuple(out)
+
+
+def weight_of(behind: Advantage, left_nats: float) -> float:
+    """Return how likely an alternative is beside the cause that it is behind."""
+    scale = TEMPERATURE + ERROR_SHARE * behind.error + MISFIT_SHARE * left_nats
+    return math.exp(-max(min(behind.nats / scale, 700.0), 0.0))
 
 
 def _behind(rival: Option, chosen: Option, strata: IntArray) -> Advantage:

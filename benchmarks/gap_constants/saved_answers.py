@@ -1,0 +1,72 @@
+"""Probabilities and verdicts of saved answers, made again with the constants as they are here.
+
+No simulation: an answer has how far each alternative was behind, and what the causes left. So constants of
+probabilities alone can be judged. Importing this imports the diagnosis with its constants.
+"""
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from benchmarks.gap_constants.figures import JudgedCase
+from gap.check.cases import NO_GAP, UNEXPLAINED, CaseAnswer, CheckedCase
+from gap.constants import NONE_LIKELY
+from gap.diagnosis.probability import Fit, none_of_them, weight_of
+from gap.search.cross_validation import Advantage
+from robot.campaign.answers import files_of, read_labels
+from robot.campaign.case import read_answer
+
+Found = Mapping[str, Any]  # a diagnosis, as JSON
+
+
+def answered(campaigns: Sequence[Path]) -> list[JudgedCase]:
+    """Judge every answer of these campaigns, whose labels are open, again."""
+    return [JudgedCase(case, {}) for campaign in campaigns for case in _cases(campaign)]
+
+
+def _cases(campaign: Path) -> Iterator[CheckedCase]:
+    files = files_of(campaign, no_references=False)
+    labels = read_labels(campaign, None, files)
+    for one in files:
+        path = campaign / "answers" / f"{one.name}.json"
+        label, answer = labels[one.name], read_answer(path)
+        found = json.loads(path.read_text(encoding="utf-8"))
+        nan = math.nan
+        yield CheckedCase(one.name, label.kind, label.truths, _again(answer, found), nan, nan)
+
+
+def _again(answer: CaseAnswer, found: Found) -> CaseAnswer:
+    """The answer with new probabilities, and the verdict that follows from them."""
+    if answer.verdict == NO_GAP:
+        return answer
+    fit = Fit(**found["fit"])
+    none = none_of_them(fit, len(answer.named), answer.referenced)
+    named = tuple(
+        replace(one, probability=_probability(found, one.effect, list(one.joints), none, fit))
+        for one in answer.named
+    )
+    verdict = answer.verdict
+    if none > NONE_LIKELY:
+        verdict = UNEXPLAINED
+    elif found["none_of_these"] > NONE_LIKELY and named:  # it was for this alone
+        verdict = "explained"
+    return replace(answer, verdict=verdict, none=none, named=named)
+
+
+def _probability(found: Found, effect: str, joints: list[str], none: float, fit: Fit) -> float:
+    """Probability of a named cause; alternatives that nothing tells from it have as much as it has."""
+    before = next(
+        one["probability"]
+        for one in found["causes"]
+        if [one["effect"], one["legs"]] == [effect, joints]
+    )
+    rivals = [one for one in found["rivals"] if one["of"] == [effect, joints]]
+    weights = [
+        1.0 if one["probability"] == before
+        else weight_of(Advantage(one["behind"], one["behind_error"]), fit.nats_after)
+        for one in rivals
+    ]  # fmt: skip
+    return (1.0 - none) / (1.0 + sum(weights))
