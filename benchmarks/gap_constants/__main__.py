@@ -47,6 +47,8 @@ def main() -> None:
     one_thread()
     names = request.only or (OF_PROBABILITIES if request.campaigns else list(known()))
     measured = _measured(names, tuple(request.campaigns), request.jobs)
+    if request.campaigns:
+        measured["realities"] = ", ".join(one.name for one in request.campaigns)
     if not request.only:
         section = "legged" if request.campaigns else "small_machines"
         whole = {**_earlier(), section: measured}

@@ -1,0 +1,91 @@
+"""Constants of the diagnosis: every one is measured at half and at twice its value, and set before use."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmarks.gap_constants.changes import OF_PROBABILITIES, half_and_twice, known
+from benchmarks.gap_constants.figures import JudgedCase, counts, differences
+from gap.check.cases import CONTROL, OUTSIDE, SINGLE, CaseAnswer, CheckedCase, Named, Truth
+from model.parameters.toml_table import parse_toml
+
+ROOT = Path(__file__).resolve().parents[2]
+MEASURED = parse_toml((ROOT / "docs" / "gap_constants.toml").read_text(encoding="utf-8"), "data")
+TRUTH = Truth("delay", "drive", "", (("delay_s", 0.02),))
+
+
+def in_a_fresh_process(code: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+
+
+def test_every_constant_is_measured_at_half_and_twice_the_value_that_it_has() -> None:
+    rows = MEASURED["small_machines"]["constants"]
+    assert {name: row["value"] for name, row in rows.items()} == known()
+    for name, row in rows.items():
+        changes = half_and_twice(name, row["value"])
+        assert (row["half"]["at"], row["twice"]["at"]) == pytest.approx(
+            tuple(one.value for one in changes), abs=1e-6
+        )
+
+
+def test_constants_of_probabilities_are_measured_on_legged_robots_too() -> None:
+    rows = MEASURED["legged"]["constants"]
+    assert {name: row["value"] for name, row in rows.items()} == {
+        name: known()[name] for name in OF_PROBABILITIES
+    }
+
+
+def test_no_share_is_doubled_to_one_or_more() -> None:
+    bounded = ("SHOWN", "MOSTLY", "WHOLE_SHARE", "NONE_LIKELY", "OPEN_LEVEL", "FALSE_ALARMS", "TRIMMED",
+               "JOINT_UNLIKE", "GAIT_CORRELATION")  # fmt: skip
+    for name in bounded:
+        half, twice = half_and_twice(name, known()[name])
+        assert 0.0 < half.value < known()[name] < twice.value < 1.0, name
+
+
+def test_a_changed_constant_reaches_the_modules_that_are_imported_after_it() -> None:
+    done = in_a_fresh_process(
+        "from benchmarks.gap_constants.changes import Change\n"
+        "from benchmarks.gap_constants.judged import check_used, set_before_use\n"
+        "change = Change('TEMPERATURE', 7.0)\n"
+        "set_before_use(change)\n"
+        "from gap.diagnosis import probability\n"
+        "check_used(change)\n"
+        "print(float(probability.TEMPERATURE))\n"
+    )
+    assert done.stdout == "7.0\n", done.stderr
+
+
+def test_a_constant_that_is_in_use_cannot_be_changed() -> None:
+    done = in_a_fresh_process(
+        "from gap.diagnosis import probability\n"
+        "from benchmarks.gap_constants.changes import Change\n"
+        "from benchmarks.gap_constants.judged import set_before_use\n"
+        "set_before_use(Change('TEMPERATURE', 7.0))\n"
+    )
+    assert done.returncode != 0
+    assert "TEMPERATURE is in use by gap.diagnosis.probability" in done.stderr
+
+
+def judged(kind: str, verdict: str, *effects: str) -> JudgedCase:
+    named = tuple(
+        Named(one, (), (("delay_s", 0.021),), 0.9, (("delay_s", 0.002),)) for one in effects
+    )
+    answer = CaseAnswer(verdict, "drive", named, (), 0.0, 1.0, 1.0)
+    truths = () if kind == CONTROL else (TRUTH,)
+    return JudgedCase(CheckedCase("case", kind, truths, answer, 9.0, 1.0), {"delay delay_s": 0.01})
+
+
+def test_right_answers_and_differences_are_counted() -> None:
+    before = [judged(SINGLE, "explained", "delay"), judged(CONTROL, "no_gap"),
+              judged(OUTSIDE, "unexplained", "lag")]  # fmt: skip
+    after = [judged(SINGLE, "ambiguous", "lag"), judged(CONTROL, "no_gap"),
+             judged(OUTSIDE, "explained", "lag")]  # fmt: skip
+    assert counts(before).right == 3
+    found = counts(after)
+    assert (found.right, found.first, found.healthy, found.outside) == (1, 0, 1, 0)
+    assert differences(after, before).verdicts == 2
+    assert differences(after, before).causes == 1
+    assert differences(after, before).visible_sizes == 1.0
