@@ -59,9 +59,11 @@ def check_used(change: Change) -> None:
 
 
 def users_of(name: str) -> Sequence[str]:
-    """Return the modules of the diagnosis that have a constant."""
+    """Return the modules of the diagnosis that have a constant; none for no name."""
     return [
         module
         for module, held in list(sys.modules.items())
-        if name and module.startswith("gap.") and held is not constants and hasattr(held, name)
+        if module.startswith("gap.")
+        and held is not constants
+        and isinstance(getattr(held, name, None), Constant)
     ]
