@@ -2,13 +2,12 @@
 
 Writes ``docs/gap_constants.toml``, from which ``make docs`` makes the page. Every change is judged in a
 process of its own (``judged``): on known cases of small machines (``toy_cases``, ``servo_cases``), or, with
-``--campaigns``, on the saved answers of campaigns whose labels are open, as far as probabilities go.
+``--campaigns``, on the saved answers of campaigns whose labels are open, for probabilities.
 """
 
 import argparse
-import sys
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from functools import partial
@@ -18,12 +17,11 @@ from typing import Any
 
 from benchmarks.gap_constants.changes import (
     OF_PROBABILITIES,
-    UNCHANGED,
     half_and_twice,
     known,
 )
 from benchmarks.gap_constants.figures import JudgedCase, counts, differences
-from benchmarks.gap_constants.judged import judged
+from benchmarks.gap_constants.judged import as_they_are, judged
 from bigant.one_thread import one_thread
 from model.parameters.toml_table import parse_toml
 from record.toml_file import toml_text
@@ -37,9 +35,8 @@ def main() -> None:
     """Judge every change and write what it does."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_constants", description=__doc__)
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
-    parser.add_argument(
-        "--only", nargs="+", default=[], help="print these constants, write nothing"
-    )
+    parser.add_argument("--only", nargs="+", default=[], help="these constants; others stay")
+    parser.add_argument("--out", type=Path, default=PAGE_DATA, help="file to write")
     parser.add_argument(
         "--campaigns", type=Path, nargs="+", default=[], help="judge their saved answers again"
     )
@@ -47,18 +44,18 @@ def main() -> None:
     one_thread()
     names = request.only or (OF_PROBABILITIES if request.campaigns else list(known()))
     measured = _measured(names, tuple(request.campaigns), request.jobs)
+    section = "legged" if request.campaigns else "small_machines"
+    earlier = _earlier(request.out)
+    if request.only and section in earlier:
+        measured["constants"] = {**earlier[section]["constants"], **measured["constants"]}
     if request.campaigns:
         measured["realities"] = ", ".join(one.name for one in request.campaigns)
-    if not request.only:
-        section = "legged" if request.campaigns else "small_machines"
-        whole = {**_earlier(), section: measured}
-        PAGE_DATA.write_text(toml_text(whole, HEAD), encoding="utf-8")
+    request.out.write_text(toml_text({**earlier, section: measured}, HEAD), encoding="utf-8")
 
 
-def _earlier() -> dict[str, Any]:
+def _earlier(out: Path) -> dict[str, Any]:
     """What is in the file already."""
-    there = PAGE_DATA.is_file()
-    return parse_toml(PAGE_DATA.read_text(encoding="utf-8"), PAGE_DATA.name) if there else {}
+    return parse_toml(out.read_text(encoding="utf-8"), out.name) if out.is_file() else {}
 
 
 def _measured(names: Sequence[str], campaigns: tuple[Path, ...], jobs: int) -> dict[str, Any]:
@@ -67,18 +64,18 @@ def _measured(names: Sequence[str], campaigns: tuple[Path, ...], jobs: int) -> d
     changes = [change for name in names for change in half_and_twice(name, values[name])]
     table: dict[str, dict[str, Any]] = {name: {"value": values[name]} for name in names}
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
-        answers = pool.map(partial(judged, campaigns=campaigns), [UNCHANGED, *changes])
-        before = next(answers)
+        before = pool.submit(as_they_are, campaigns).result()
         unchanged = {**_rounded(asdict(counts(before))), "cases": _kinds(before)}
         print("as they are:", unchanged, flush=True)
+        answers = pool.map(partial(judged, before=before), changes)
         for change, row in zip(changes, _rows(answers, before), strict=True):
             side = "half" if change.value < values[change.name] else "twice"
             table[change.name][side] = {"at": round(change.value, 6), **row}
-            print(change.name, side, row, file=sys.stderr, flush=True)
+            print(change.name, side, row, flush=True)
     return {"unchanged": unchanged, "constants": table}
 
 
-def _rows(answers: Iterator[list[JudgedCase]], before: list[JudgedCase]) -> Iterator[Row]:
+def _rows(answers: Iterable[list[JudgedCase]], before: list[JudgedCase]) -> Iterator[Row]:
     for after in answers:
         yield _rounded({**asdict(counts(after)), **asdict(differences(after, before))})
 

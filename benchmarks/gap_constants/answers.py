@@ -1,5 +1,6 @@
 """All known cases with their answers. Importing this imports the diagnosis with its constants."""
 
+import json
 import warnings
 
 from benchmarks.gap_constants.cases import KnownCase
@@ -7,8 +8,10 @@ from benchmarks.gap_constants.figures import JudgedCase
 from benchmarks.gap_constants.servo_cases import servo_cases
 from benchmarks.gap_constants.toy_cases import toy_cases
 from gap.check.cases import CaseAnswer, CheckedCase, Named, Remainder
+from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis
+from robot.console.json_output import json_text
 
 
 def answered() -> list[JudgedCase]:
@@ -22,7 +25,9 @@ def _checked(case: KnownCase) -> JudgedCase:
     nan = float("nan")
     answer = _answer(diagnosis, referenced=bool(case.references))
     sizes = {f"{one.effect} {one.parameter}": one.size for one in diagnosis.detectable}
-    return JudgedCase(CheckedCase(case.name, case.kind, case.truths, answer, nan, nan), sizes)
+    found = json.loads(json_text(diagnosis_json(diagnosis)))
+    checked = CheckedCase(case.name, case.kind, case.truths, answer, nan, nan)
+    return JudgedCase(checked, found, sizes)
 
 
 def _answer(diagnosis: Diagnosis, *, referenced: bool) -> CaseAnswer:

@@ -11,7 +11,7 @@ SHARES = frozenset({"SHOWN", "MOSTLY", "WHOLE_SHARE", "NONE_LIKELY"})
 # half and twice the odds: their logarithm less and more by ln 2
 LOG_ODDS = frozenset({"NONE"})
 
-# what a saved answer can be judged again with
+# these act on nothing before the probabilities: known answers can be judged again with them
 OF_PROBABILITIES = (
     "TEMPERATURE", "ERROR_SHARE", "MISFIT_SHARE", "NONE", "NONE_ENERGY", "NONE_OPEN", "NONE_OPEN_ALONE",
     "NONE_WORST", "NONE_WORST_ALONE", "NONE_MANY", "SURELY_ODD", "NONE_LIKELY",
@@ -20,13 +20,10 @@ OF_PROBABILITIES = (
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A constant at another value; no name leaves all as they are."""
+    """A constant at another value."""
 
-    name: str = ""
-    value: float = 0.0
-
-
-UNCHANGED = Change()
+    name: str
+    value: float
 
 
 def known() -> dict[str, float]:

@@ -1,7 +1,8 @@
 """What is counted over all known cases, and how it differs from the count with constants as they are."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -26,10 +27,16 @@ SURE = 1e-3  # no nearer to 0 or 1 than this, for a log loss
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JudgedCase:
-    """A case with its answer, and the sizes that were said to be visible in it, by effect and parameter."""
+    """A case with its answer.
+
+    Attributes:
+        found: The diagnosis as JSON, with ``fit``, ``gap``, ``causes`` and ``rivals``.
+        visible_sizes: Sizes that were said to be visible in it, by effect and parameter.
+    """
 
     checked: CheckedCase
-    visible_sizes: dict[str, float]
+    found: Mapping[str, Any]
+    visible_sizes: Mapping[str, float]
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,25 +8,42 @@ import importlib
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from types import ModuleType
 
-from benchmarks.gap_constants.changes import UNCHANGED, Change
+from benchmarks.gap_constants.changes import OF_PROBABILITIES, Change
 from benchmarks.gap_constants.figures import JudgedCase
 from gap import constants
 from gap.constants import Constant
 from model.errors import GapError
 
 
-def judged(change: Change, campaigns: Sequence[Path] = ()) -> list[JudgedCase]:
+def as_they_are(campaigns: Sequence[Path] = ()) -> list[JudgedCase]:
+    """Return the known cases, diagnosed here, or the saved answers of campaigns."""
+    if campaigns:
+        saved: list[JudgedCase] = _module("saved_answers").saved(campaigns)
+        return saved
+    known: list[JudgedCase] = _module("answers").answered()
+    return known
+
+
+def judged(change: Change, before: Sequence[JudgedCase]) -> list[JudgedCase]:
     """Return every case with the answer to it; to be called in a fresh process.
 
-    Without campaigns, whose saved answers are judged again, these are the known cases.
+    ``before`` are the cases as they are: what acts on probabilities alone is judged on their answers.
     """
     set_before_use(change)
-    name = "saved_answers" if campaigns else "answers"
-    answers = importlib.import_module(f"benchmarks.gap_constants.{name}")
+    if change.name in OF_PROBABILITIES:
+        again = _module("saved_answers").again
+        cases = [again(case) for case in before]
+    else:
+        cases = as_they_are()
     check_used(change)
-    cases: list[JudgedCase] = answers.answered(campaigns) if campaigns else answers.answered()
     return cases
+
+
+def _module(name: str) -> ModuleType:
+    """One that imports the diagnosis."""
+    return importlib.import_module(f"benchmarks.gap_constants.{name}")
 
 
 def set_before_use(change: Change) -> None:
@@ -37,8 +54,6 @@ def set_before_use(change: Change) -> None:
     """
     if taken := users_of(change.name):
         raise GapError(f"{change.name} is in use by {', '.join(taken)}; set it in a fresh process")
-    if change == UNCHANGED:
-        return
     old: Constant = getattr(constants, change.name)
     setattr(constants, change.name, Constant(change.value, old.meaning, old.chosen))
 
@@ -49,8 +64,6 @@ def check_used(change: Change) -> None:
     Raises:
         GapError: None has it, or one at another value.
     """
-    if change == UNCHANGED:
-        return
     users = users_of(change.name)
     wrong = [one for one in users if getattr(sys.modules[one], change.name) != change.value]
     if wrong or not users:

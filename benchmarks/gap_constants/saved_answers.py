@@ -1,7 +1,7 @@
-"""Probabilities and verdicts of saved answers, made again with the constants as they are here.
+"""Answers that are known, with probabilities and verdicts made again with the constants as they are here.
 
-No simulation: an answer has how far each alternative was behind, and what the causes left. So constants of
-probabilities alone can be judged. Importing this imports the diagnosis with its constants.
+An answer has how far each alternative was behind, and what the causes left; constants of probabilities act
+on nothing before that. Importing this imports the diagnosis with its constants.
 """
 
 import json
@@ -13,7 +13,7 @@ from typing import Any
 
 from benchmarks.gap_constants.figures import JudgedCase
 from gap.check.cases import NO_GAP, UNEXPLAINED, CaseAnswer, CheckedCase
-from gap.constants import NONE_LIKELY
+from gap.constants import MOSTLY, NONE_LIKELY
 from gap.diagnosis.probability import Fit, none_of_them, weight_of
 from gap.search.cross_validation import Advantage
 from robot.campaign.answers import files_of, read_labels
@@ -22,24 +22,29 @@ from robot.campaign.case import read_answer
 Found = Mapping[str, Any]  # a diagnosis, as JSON
 
 
-def answered(campaigns: Sequence[Path]) -> list[JudgedCase]:
-    """Judge every answer of these campaigns, whose labels are open, again."""
-    return [JudgedCase(case, {}) for campaign in campaigns for case in _cases(campaign)]
+def saved(campaigns: Sequence[Path]) -> list[JudgedCase]:
+    """Return every answer of these campaigns, whose labels are open."""
+    return [case for campaign in campaigns for case in _cases(campaign)]
 
 
-def _cases(campaign: Path) -> Iterator[CheckedCase]:
+def _cases(campaign: Path) -> Iterator[JudgedCase]:
     files = files_of(campaign, no_references=False)
     labels = read_labels(campaign, None, files)
     for one in files:
         path = campaign / "answers" / f"{one.name}.json"
-        label, answer = labels[one.name], read_answer(path)
-        found = json.loads(path.read_text(encoding="utf-8"))
-        nan = math.nan
-        yield CheckedCase(one.name, label.kind, label.truths, _again(answer, found), nan, nan)
+        label, found = labels[one.name], json.loads(path.read_text(encoding="utf-8"))
+        truths, nan = label.truths, math.nan
+        checked = CheckedCase(one.name, label.kind, truths, read_answer(path), nan, nan)
+        yield JudgedCase(checked, found, {})
+
+
+def again(case: JudgedCase) -> JudgedCase:
+    """Return a case with new probabilities, and the verdict that follows from them."""
+    answer = _again(case.checked.answer, case.found)
+    return replace(case, checked=replace(case.checked, answer=answer))
 
 
 def _again(answer: CaseAnswer, found: Found) -> CaseAnswer:
-    """The answer with new probabilities, and the verdict that follows from them."""
     if answer.verdict == NO_GAP:
         return answer
     fit = Fit(**found["fit"])
@@ -51,9 +56,17 @@ def _again(answer: CaseAnswer, found: Found) -> CaseAnswer:
     verdict = answer.verdict
     if none > NONE_LIKELY:
         verdict = UNEXPLAINED
-    elif found["none_of_these"] > NONE_LIKELY and named:  # it was for this alone
+    elif verdict == UNEXPLAINED and _would_do(answer, found):
         verdict = "explained"
     return replace(answer, verdict=verdict, none=none, named=named)
+
+
+def _would_do(answer: CaseAnswer, found: Found) -> bool:
+    """Whether nothing but the probability of "none of these" keeps causes from being an explanation."""
+    on_bound = any(one["on_bound"] for one in found["causes"])
+    shrink = found["gap"]["shrink"]
+    mostly = answer.referenced or shrink is None or shrink >= MOSTLY
+    return bool(answer.named) and mostly and not on_bound
 
 
 def _probability(found: Found, effect: str, joints: list[str], none: float, fit: Fit) -> float:

@@ -75,7 +75,9 @@ def judged(kind: str, verdict: str, *effects: str) -> JudgedCase:
     )
     answer = CaseAnswer(verdict, "drive", named, (), 0.0, 1.0, 1.0)
     truths = () if kind == CONTROL else (TRUTH,)
-    return JudgedCase(CheckedCase("case", kind, truths, answer, 9.0, 1.0), {"delay delay_s": 0.01})
+    return JudgedCase(
+        CheckedCase("case", kind, truths, answer, 9.0, 1.0), {}, {"delay delay_s": 0.01}
+    )
 
 
 def test_right_answers_and_differences_are_counted() -> None:
