@@ -41,10 +41,12 @@ limits effort (how many candidates are fitted) is not here.
 
 `python -m benchmarks.gap_constants --jobs 2` sets each constant to half and to twice its value, one at a
 time, and diagnoses the same {cases} known cases each time: a tiny machine of three joints in nine realities
-(alike its simulator, restless from day to day, one joint more than the others, forces that no effect makes,
-references at other gaits, baseline model errors, few references, none, no forces) and a servo with a
-pendulum; {kinds}. Sizes of causes go down to what hardly shows, so that answers
-hang on the constants. As they are, {right} of {cases} answers are right ({counts};
+(alike its simulator; restless from day to day; one joint more than the others; references at other gaits,
+with forces that no effect makes; baseline model errors; few references; none; none and such forces; no
+force sensors) and a servo with a pendulum.
+Of these, {kinds}. Sizes of causes go down to what hardly shows, so that answers hang on
+the constants. As they are, {right} of {cases} answers are right
+({counts};
 {shares_now}).
 
 Shares whose double would reach 1 ({halfway}) go half of the way to 1 instead;

@@ -1,5 +1,6 @@
 """What is counted over all known cases, and how it differs from the count with constants as they are."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -102,9 +103,13 @@ def counts(judged: Sequence[JudgedCase]) -> Counts:
         ),
         calibration_error=calibration_error(cases).error,
         log_loss=float(loss.mean()),
-        within_one=float(np.mean(numbers_within(declared, 1.0))),
-        within_two=float(np.mean(numbers_within(declared, 2.0))),
+        within_one=_share(numbers_within(declared, 1.0)),
+        within_two=_share(numbers_within(declared, 2.0)),
     )
+
+
+def _share(hits: Sequence[bool]) -> float:
+    return float(np.mean(hits)) if hits else math.nan
 
 
 def _right(case: CheckedCase) -> bool:

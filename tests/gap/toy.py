@@ -7,6 +7,7 @@ Trials are made by the same equations with causes that the engine is not told.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -74,7 +75,7 @@ class Toy:
     scale: tuple[float, ...] = (1.0,) * 7
 
     name = "toy"
-    stages = ("drive", "press", "move")
+    stages: ClassVar[tuple[str, ...]] = ("drive", "press", "move")
     bodies: tuple[str, ...] = ()
     joints = JOINTS
     channels = CHANNELS
@@ -117,7 +118,8 @@ def chain(
     delay = lag = tether = 0.0
     offset, bias = np.zeros(3), np.zeros(3)
     stiffness, grip = np.ones(3), np.ones(3)
-    square, gain, bumps = False, 1.0, []
+    square, gain = False, 1.0
+    bumps: list[tuple[list[int], float, float]] = []
     for cause in causes:
         on = [JOINTS.index(j) for j in cause.joints] or [0, 1, 2]
         v = cause.values
@@ -141,7 +143,7 @@ def chain(
             case "speed_gain":
                 gain *= v[0]
             case "bump":
-                bumps.append((on, *v))
+                bumps.append((on, v[0], v[1]))
     shape = 0.5 if gait == "walk" else 0.15
     phase = 2 * np.pi * hz * (time_s[:, None] - delay) - np.array([0.0, 2.1, 4.2])
     # a first-order lag of each harmonic, exactly
