@@ -15,6 +15,7 @@ from benchmarks.gap_constants.figures import JudgedCase
 from gap.check.cases import NO_GAP, UNEXPLAINED, CaseAnswer, CheckedCase
 from gap.constants import MOSTLY, NONE_LIKELY
 from gap.diagnosis.probability import Fit, none_of_them, weight_of
+from gap.diagnosis.trend import Trend, none_with
 from gap.search.cross_validation import Advantage
 from robot.campaign.answers import files_of, read_labels
 from robot.campaign.case import read_answer
@@ -48,7 +49,7 @@ def _again(answer: CaseAnswer, found: Found) -> CaseAnswer:
     if answer.verdict == NO_GAP:
         return answer
     fit = Fit(**found["fit"])
-    none = none_of_them(fit, len(answer.named), answer.referenced)
+    none = none_with(_trends(found), none_of_them(fit, len(answer.named), answer.referenced))
     named = tuple(
         replace(one, probability=_probability(found, one.effect, list(one.joints), none, fit))
         for one in answer.named
@@ -61,6 +62,16 @@ def _again(answer: CaseAnswer, found: Found) -> CaseAnswer:
     return replace(answer, verdict=verdict, none=none, named=named)
 
 
+def _trends(found: Found) -> list[Trend]:
+    """Trends of the causes; answers of earlier engines have none."""
+    given = [one.get("trend") or {} for one in found["causes"]]
+    return [Trend(_number(one.get("growth")), _number(one.get("chance"))) for one in given]
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
 def _would_do(answer: CaseAnswer, found: Found) -> bool:
     """Whether nothing but the probability of "none of these" keeps causes from being an explanation."""
     on_bound = any(one["on_bound"] for one in found["causes"])
@@ -70,7 +81,7 @@ def _would_do(answer: CaseAnswer, found: Found) -> bool:
 
 
 def _probability(found: Found, effect: str, joints: list[str], none: float, fit: Fit) -> float:
-    """Probability of a named cause; alternatives that nothing tells from it have as much as it has."""
+    """Probability of a named cause, as ``gap.diagnosis.probability.chances`` gives it."""
     before = next(
         one["probability"]
         for one in found["causes"]
@@ -82,4 +93,7 @@ def _probability(found: Found, effect: str, joints: list[str], none: float, fit:
         else weight_of(Advantage(one["behind"], one["behind_error"]), fit.nats_after)
         for one in rivals
     ]  # fmt: skip
-    return (1.0 - none) / (1.0 + sum(weights))
+    # effects that nothing tells from it have as much, and were not fitted
+    given = before + sum(one["probability"] for one in rivals)
+    alike = max(0, round((1.0 - found["none_of_these"] - given) / before)) if before else 0
+    return (1.0 - none) / (1.0 + sum(weights) + alike)

@@ -8,7 +8,10 @@ import pytest
 
 from benchmarks.gap_constants.changes import OF_PROBABILITIES, half_and_twice, known
 from benchmarks.gap_constants.figures import JudgedCase, counts, differences
+from benchmarks.gap_constants.saved_answers import again
 from gap.check.cases import CONTROL, OUTSIDE, SINGLE, CaseAnswer, CheckedCase, Named, Truth
+from gap.diagnosis.probability import Fit, none_of_them, weight_of
+from gap.search.cross_validation import Advantage
 from model.parameters.toml_table import parse_toml
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -91,3 +94,27 @@ def test_right_answers_and_differences_are_counted() -> None:
     assert differences(after, before).verdicts == 2
     assert differences(after, before).causes == 1
     assert differences(after, before).visible_sizes == 1.0
+
+
+def test_judging_an_answer_again_with_the_same_constants_changes_nothing() -> None:
+    half = {"effect": "lag", "joints": [], "of": ["delay", []], "behind": 0.5, "behind_error": 1.0}
+    fit = {
+        "closed": 0.9,
+        "excess_after": 1.1,
+        "worst_after": 1.2,
+        "p_after": 0.5,
+        "nats_after": 3.0,
+    }
+    none = none_of_them(Fit(**fit), 1, referenced=True)
+    weight = weight_of(Advantage(0.5, 1.0), 3.0)
+    own = (1.0 - none) / (2.0 + weight)  # one more effect is like it, and was not fitted
+    cause = {"effect": "delay", "legs": [], "probability": own, "on_bound": []}
+    found = {
+        "fit": fit, "none_of_these": none, "causes": [cause], "gap": {"shrink": 0.9},
+        "rivals": [{**half, "probability": own * weight}],
+    }  # fmt: skip
+    named = (Named("delay", (), (), own),)
+    answer = CaseAnswer("explained", "drive", named, (), none, 0.9, 1.0)
+    case = JudgedCase(CheckedCase("a", SINGLE, (TRUTH,), answer, 0.0, 0.0), found, {})
+    (one,) = again(case).checked.answer.named
+    assert one.probability == pytest.approx(own)
