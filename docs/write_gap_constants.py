@@ -67,7 +67,7 @@ change one: one case is {one:.1%}.
 ## The constants of probabilities on legged robots
 
 `python -m benchmarks.gap_constants --campaigns DIR ...` makes probabilities and verdicts of saved answers
-again; only these constants can be judged without simulating anew. Measured on {legged_cases} development
+again; only these constants can be judged without simulating again. Measured on {legged_cases} development
 cases ({legged_kinds}) of virtual robots
 in {realities}, whose labels are open.
 As they are: {legged_counts};

@@ -18,10 +18,10 @@ from model.errors import GapError
 
 
 def as_they_are(campaigns: Sequence[Path] = ()) -> list[JudgedCase]:
-    """Return the known cases, diagnosed here, or the saved answers of campaigns."""
+    """Return the known cases, diagnosed here, or the saved answers of campaigns, judged again."""
     if campaigns:
-        saved: list[JudgedCase] = _module("saved_answers").saved(campaigns)
-        return saved
+        answers = _module("saved_answers")  # made with constants as they were then
+        return [answers.again(case) for case in answers.saved(campaigns)]
     known: list[JudgedCase] = _module("answers").answered()
     return known
 

@@ -9,7 +9,9 @@ Question = TypeVar("Question")
 Answer = TypeVar("Answer")
 
 
-def each_of(asked: Sequence[Question], find: Callable[[Question], Answer], at_once: int) -> list[Answer]:
+def each_of(
+    asked: Sequence[Question], find: Callable[[Question], Answer], at_once: int
+) -> list[Answer]:
     """Return what is found for each, in order, with so many threads; 1 uses none."""
     return list(ahead_of(asked, find, at_once if len(asked) > 1 else 1))
 
@@ -17,7 +19,7 @@ def each_of(asked: Sequence[Question], find: Callable[[Question], Answer], at_on
 def ahead_of(
     asked: Sequence[Question], find: Callable[[Question], Answer], at_once: int
 ) -> Iterator[Answer]:
-    """Yield what is found for each, in order; so many of the next ones are on their way meanwhile."""
+    """Yield what is found for each, in order; so many of the next ones are under way meanwhile."""
     if at_once == 1:
         yield from map(find, asked)
         return

@@ -142,7 +142,7 @@ class _Rows:
     def _batches(
         self, wanted: Sequence[tuple[Candidate, tuple[float, ...]]]
     ) -> Iterator[tuple[int, list[FloatArray]]]:
-        """Yield residuals batch by batch, with where each begins; the next ones are on their way."""
+        """Yield residuals batch by batch, with where each begins; the next ones are under way."""
         sets = [(*self._standing, one.cause(v)) for one, v in wanted]
         batches = [sets[at : at + BATCH] for at in range(0, len(sets), BATCH)]
         made = ahead_of(batches, self._evidence.residuals, self._evidence.predictor.at_once)

@@ -34,7 +34,7 @@ def test_an_error_comes_where_it_happened() -> None:
         next(answers)
 
 
-def test_as_many_as_are_allowed_are_on_their_way_and_no_more() -> None:
+def test_as_many_as_are_allowed_are_under_way_and_no_more() -> None:
     running, most, lock = 0, 0, threading.Lock()
 
     def find(one: int) -> int:
