@@ -12,10 +12,10 @@ import pytest
 from gap.interfaces import Cause
 from robot.campaign import check, make
 from robot.campaign.answers import ANSWERS, ANSWERS_ALONE, STANDING
-from robot.campaign.case import write_causes
 from robot.campaign.executor import campaign_executor
 from robot.cli.main import run as command
 from robot.console.exit_codes import ExitCode
+from robot.gap_report.causes_file import write_causes
 from tests.robot.scenarios import ONE, write_scenario
 
 STAGES = {"foot_friction": "friction", "servo_lag": "actuation"}
