@@ -7,9 +7,7 @@ was measured knows; so a cause with which held-out runs are then clearly predict
 
 from collections.abc import Iterator
 
-import numpy as np
-
-from gap.constants import HELD_OUT_ADDS
+from gap.constants import HELD_OUT_ADDS, HELD_OUT_STAGE
 from gap.diagnosis.gap_evidence import GapEvidence
 from gap.diagnosis.how_far import HowFar, how_far
 from gap.interfaces import Drive
@@ -39,7 +37,7 @@ def drop_worse(
         if alone and (any(far.worse) or far.after > far.before):
             selection, far = _better(comparison, selection, far, seed)
             continue
-        at = _idle(far) if alone else _worst(comparison, selection, far)
+        at = (_idle if alone else _worst)(comparison, selection, far)
         if at is None:
             break
         selection = _left_out(comparison, selection, at)
@@ -53,8 +51,13 @@ def _worst(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | 
     return next((i for i in order if not _helps_its_stage(comparison, selection, i)), None)
 
 
-def _helps_its_stage(comparison: GapEvidence, selection: Selection, at: int) -> bool:
-    """Whether a cause clearly helps to predict held-out runs where each stage is fed what was measured."""
+def _helps_its_stage(
+    comparison: GapEvidence, selection: Selection, at: int, least: float = 0.0
+) -> bool:
+    """Whether a cause clearly helps to predict held-out runs where each stage is fed what was measured.
+
+    ``least`` is the share of the score without it that it must close.
+    """
     study = comparison.study
     if study.local is Drive.COMMAND:
         return False
@@ -63,14 +66,23 @@ def _helps_its_stage(comparison: GapEvidence, selection: Selection, at: int) -> 
         held.score(one).sum(axis=1) for one in held.residuals([causes, without(causes, at)])
     )
     gain = advantage(with_it, without_it, held.block_part)
-    return worth(gain, len(causes[at].values), len(with_it))
+    closes = float(without_it.sum() - with_it.sum()) >= least * float(without_it.sum())
+    return closes and worth(gain, len(causes[at].values), len(with_it))
 
 
-def _idle(far: HowFar) -> int | None:
-    """Number of the cause that adds least to the others on held-out runs, if that is next to nothing."""
-    known = [(last, at) for at, last in enumerate(far.last) if np.isfinite(last)]
-    least, at = min(known, default=(np.inf, 0))
-    return at if len(far.last) > 1 and least < HELD_OUT_ADDS else None
+def _idle(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | None:
+    """Number of the cause that adds least to the others on held-out runs, if that is next to nothing.
+
+    Beside a cause that explains nearly all of the gap (a servo that lags), others can add next to nothing
+    to the whole and be right all the same: those that clearly help their stage stay.
+    """
+    if len(far.last) < 2:
+        return None
+    known = sorted((last, at) for at, last in enumerate(far.last) if last < HELD_OUT_ADDS)
+    return next(
+        (at for _, at in known if not _helps_its_stage(comparison, selection, at, HELD_OUT_STAGE)),
+        None,
+    )
 
 
 def _better(

@@ -60,3 +60,21 @@ def test_the_reader_is_told_what_the_whole_chain_says(monkeypatch: pytest.Monkey
     said = diagnose(trials, Toy(), references)
     assert [one.effect for one in said.causes] == ["stiffness"]
     assert any("end to end" in one for one in said.warnings)
+
+
+def all_idle(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
+    """How far it shrinks, and that every cause adds nothing to the others."""
+    far, none = how_far(held, causes, seed), (0.0,) * len(causes)
+    return replace(far, worse=(False,) * len(causes), last=none, after=0.5 * far.before)
+
+
+def test_without_references_what_adds_nothing_to_the_whole_stays_if_it_clearly_helps_its_stage(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Beside a servo that lags, which is nearly all of a gap, a scale that is off by a fifth is nothing."""
+    lag, stiffness = Cause("lag", (), (0.05,)), Cause("stiffness", ("c",), (0.8,))
+    tiny = Cause("bias", ("a",), (0.02,))
+    comparison = compare(make_study(toy_case([lag, stiffness, tiny], 3), Toy(), ()), lambda _: None)
+    monkeypatch.setattr(drop_module, "how_far", all_idle)
+    left, _ = drop_worse(comparison, selected(comparison, [lag, stiffness, tiny]), 0)
+    assert {one.effect for one in left.fitted.causes} == {"lag", "stiffness"}
