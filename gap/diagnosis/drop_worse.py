@@ -74,15 +74,18 @@ def _idle(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | N
     """Number of the cause that adds least to the others on held-out runs, if that is next to nothing.
 
     Beside a cause that explains nearly all of the gap (a servo that lags), others can add next to nothing
-    to the whole and be right all the same: those that clearly help their stage stay.
+    to the whole and be right all the same: those that clearly help their stage stay. An effect with numbers
+    for each joint helps its stage too easily; it is judged by the whole.
     """
+
+    def stays(at: int) -> bool:
+        each = selection.steps[at].chosen.added.effect.each
+        return not each and _helps_its_stage(comparison, selection, at, HELD_OUT_STAGE)
+
     if len(far.last) < 2:
         return None
     known = sorted((last, at) for at, last in enumerate(far.last) if last < HELD_OUT_ADDS)
-    return next(
-        (at for _, at in known if not _helps_its_stage(comparison, selection, at, HELD_OUT_STAGE)),
-        None,
-    )
+    return next((at for _, at in known if not stays(at)), None)
 
 
 def _better(
