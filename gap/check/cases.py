@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from gap.diagnosis.detection import Detectable
+
 CONTROL, SINGLE, PAIR, OUTSIDE, REMOVED = "control", "single", "pair", "outside", "removed"
 NO_GAP, UNEXPLAINED = "no_gap", "unexplained"
 
@@ -46,16 +48,6 @@ class Remainder:
 
 
 @dataclass(frozen=True, slots=True)
-class VisibleSize:
-    """How far from neutral a parameter must be to be seen in these runs, says a diagnosis."""
-
-    effect: str
-    parameter: str
-    size: float
-    neutral: float
-
-
-@dataclass(frozen=True, slots=True)
 class CaseAnswer:
     """The diagnosis of one case.
 
@@ -84,7 +76,7 @@ class CaseAnswer:
     hidden: tuple[str, ...] = ()
     remainder: Remainder | None = None
     referenced: bool = True
-    detectable: tuple[VisibleSize, ...] = ()
+    detectable: tuple[Detectable, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

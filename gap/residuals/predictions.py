@@ -66,7 +66,9 @@ class Predictor:
         fresh = list(dict.fromkeys(one for one in requests if one not in before))
         whole = [replace(one, causes=(*self.standing, *one.causes)) for one in fresh]
         many = many_of(self.simulator)
-        if self._elsewhere is not None and len(whole) > (1 if self.at_once == 1 else 0):
+        # one alone is as soon made here, unless other threads predict: the simulator here is for one
+        many_threads = self.at_once > 1
+        if self._elsewhere is not None and whole and (len(whole) > 1 or many_threads):
             predicted = self._elsewhere.predict(whole)
         elif many is not None:
             predicted = many([(self.trials[w.trial], w.causes, w.drive) for w in whole])

@@ -10,11 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gap.check.cases import CaseAnswer, Named, Remainder, Truth, VisibleSize
+from gap.check.cases import CaseAnswer, Named, Remainder, Truth
 from gap.delegate import Without
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.commissioning import standing_of
 from gap.diagnosis.coverage import blind_spots
+from gap.diagnosis.detection import Detectable
 from gap.diagnosis.diagnose import diagnose_study
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
@@ -101,14 +102,15 @@ def read_answer(path: Path) -> CaseAnswer:
     """
     text = read_text(path)
     try:
-        return _answer(parse_json(text))
+        return answer_of(parse_json(text))
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise RecordError(
             f"{path}: no diagnosis ({error!r}); delete it to diagnose again"
         ) from error
 
 
-def _answer(diagnosis: Mapping[str, Any]) -> CaseAnswer:
+def answer_of(diagnosis: Mapping[str, Any]) -> CaseAnswer:
+    """Return what is counted of a diagnosis, as JSON has it."""
     return CaseAnswer(
         verdict=diagnosis["verdict"],
         stage=diagnosis["where"]["stage"] or "",
@@ -135,12 +137,7 @@ def _answer(diagnosis: Mapping[str, Any]) -> CaseAnswer:
         ),
         remainder=_remainder(diagnosis.get("fit")),
         referenced=diagnosis.get("floor", {}).get("source") == "references",
-        detectable=tuple(
-            VisibleSize(
-                one["effect"], one["parameter"], _number(one["size"]), _number(one["neutral"])
-            )
-            for one in diagnosis.get("detectable", ())
-        ),
+        detectable=tuple(map(_detectable, diagnosis.get("detectable", ()))),
     )
 
 
@@ -149,6 +146,11 @@ def _remainder(fit: Mapping[str, Any] | None) -> Remainder | None:
         return None
     names = ("closed", "excess_after", "worst_after", "p_after")
     return Remainder(*(_number(fit.get(name)) for name in names))
+
+
+def _detectable(one: Mapping[str, Any]) -> Detectable:
+    """A size; JSON has none where these runs cannot show any."""
+    return Detectable(**{**one, "size": math.inf if one["size"] is None else one["size"]})
 
 
 def _number(value: object) -> float:

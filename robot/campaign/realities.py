@@ -58,7 +58,9 @@ def check_realities(request: CampaignScoreRequest, executor: Executor) -> ExitCo
     cases = {
         name: _counted(request, folder, crashed[name], executor) for name, folder in folders.items()
     }
-    rows, together = (_alone if request.no_references else _rows)(request, cases, crashed)
+    rows, together = (
+        _alone(request, cases, crashed) if request.no_references else _rows(cases, crashed)
+    )
     none = leave_one_out({name: none_rows(own) for name, own in cases.items()}, none_prior())
     cause = leave_one_out({name: cause_rows(own) for name, own in cases.items()}, cause_prior())
     _give(request, rows, together, (none, cause), cases, crashed)
@@ -106,9 +108,7 @@ def _campaigns(folder: Path) -> dict[str, Path]:
     return folders
 
 
-def _rows(
-    _: CampaignScoreRequest, cases: Cases, crashed: Crashed
-) -> tuple[list[RealityFigures], RealityFigures]:
+def _rows(cases: Cases, crashed: Crashed) -> tuple[list[RealityFigures], RealityFigures]:
     """Count each reality, and all together."""
     rows = [figures_of_reality(name, own, tuple(crashed[name])) for name, own in cases.items()]
     return rows, figures_of_reality(ALL, _joined(cases), _joined(crashed))

@@ -15,11 +15,11 @@ from gap.check.cases import (
     CheckedCase,
     Named,
     Truth,
-    VisibleSize,
     group_of,
 )
 from gap.check.methods import THIS, Method, methods
 from gap.check.score import area_under, calibration_error, confusions, figures, parameter_error
+from gap.diagnosis.detection import Detectable
 from robot.campaign.score_text import score_lines, score_markdown
 
 NAN = math.nan
@@ -164,7 +164,7 @@ def test_simpler_ways_are_counted_on_the_same_cases() -> None:
 
 
 def test_a_missed_effect_below_the_size_that_the_answer_says_it_would_see_is_marked() -> None:
-    sizes = (VisibleSize("foot_friction", "ratio", 0.25, 1.0),)
+    sizes = (Detectable("foot_friction", "ratio", 0.25, "", 1.0, 0.05, 4.0),)
     answer = replace(NO, detectable=sizes)
     for ratio, small in ((0.8, ("foot_friction",)), (1.2, ("foot_friction",)), (0.7, ())):
         truth = Truth("foot_friction", "friction", "ML", (("ratio", ratio),))

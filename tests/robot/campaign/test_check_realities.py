@@ -1,6 +1,7 @@
 """``bigant campaign score --realities`` on answers that are there; a cluster; bad input."""
 
 import json
+import math
 import sys
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager
@@ -9,9 +10,11 @@ from typing import Any
 
 import pytest
 
+from gap.diagnosis.detection import Detectable
 from gap.interfaces import Cause
 from robot.campaign import check, make
 from robot.campaign.answers import ANSWERS, ANSWERS_ALONE, STANDING
+from robot.campaign.case import read_answer
 from robot.campaign.executor import campaign_executor
 from robot.cli.main import run as command
 from robot.console.exit_codes import ExitCode
@@ -184,3 +187,13 @@ def test_answers_without_references_are_kept_apart_and_counted_for_what_they_can
     assert calm.split()[:5] == ["calm", "3", "100.0%", "of", "2"]
     assert rough.split()[:5] == ["rough", "3", "50.0%", "of", "2"]
     assert together.split()[5:8] == ["*", "100.0%", "of"], "a lag is what this robot always has"
+
+
+def test_a_size_that_no_run_can_show_is_read_as_infinite(realities: Path) -> None:
+    path = realities / "calm" / "answers" / "a.json"
+    one = {"effect": "servo_lag", "parameter": "time_constant_s", "size": None, "unit": "s", "neutral": 0.0,
+           "lower": 0.0, "upper": 0.5}  # fmt: skip
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"detectable": [one]}))
+    assert read_answer(path).detectable == (
+        Detectable("servo_lag", "time_constant_s", math.inf, "s", 0.0, 0.0, 0.5),
+    )
