@@ -59,6 +59,20 @@ UNSTEADY_GROWTH = Constant(
     0.25, "change over a run, as a share of a cause's size, below which a trend does not count",
     "on the 19 realities (seed 3109, labels open): of 114 causes that were right one changed by more",
 )  # fmt: skip
+STEADY_SCATTER = Constant(
+    0.2, "scatter of the logarithm of a vibration's power where nothing vibrates more",
+    "on the 19 realities (seeds 3109 and 3221, labels open): 259 cases without stiction",
+)  # fmt: skip
+VIBRATES_BY = Constant(
+    1.5, "logarithm by which an effect that vibrates raises that power",
+    "on the same cases: eight with stiction, 1.0 to 2.6; a soft mat hid the ninth",
+)  # fmt: skip
+VIBRATES_SCATTER = Constant(0.7, "scatter of that logarithm", "on the same cases")
+VIBRATION_CLEAR = Constant(
+    2.3,
+    "log likelihood from which vibration, or its absence, tells two effects apart: ten to one",
+    THEORY,
+)
 SHOWN = Constant(0.9, "share of such causes that a size said to be visible would show", THEORY)
 
 # what is fitted to

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from gap.constants import HIDDEN_SHARE
+from gap.constants import HIDDEN_SHARE, VIBRATION_CLEAR
 from gap.diagnosis.probability import RivalCause
 from gap.residuals.evidence import Evidence
 from gap.search.cross_validation import CLEAR_ERRORS
@@ -80,7 +80,10 @@ def open_rivals(
         left_open = [
             one
             for one in own
-            if one.looks_the_same or one.predicts_as_well or one.behind < HIDDEN_SHARE * left_nats
+            if one.vibration_nats < VIBRATION_CLEAR
+            and (
+                one.looks_the_same or one.predicts_as_well or one.behind < HIDDEN_SHARE * left_nats
+            )
         ]
         alike = [one for one in _alike(number, step, own) if _key(one) not in named]
         keys = {_key(one) for one in alike}

@@ -4,6 +4,7 @@ from dataclasses import asdict
 from typing import Any
 
 from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict
+from gap.residuals.vibration import ChannelVibration
 
 
 def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
@@ -82,9 +83,16 @@ def _cause(one: NamedCause) -> dict[str, Any]:
         "nats": one.nats,
         "nats_error": one.nats_error,
         "trend": {"growth": one.trend.growth, "chance": one.trend.chance},
+        "vibration": _vibration(one.vibration),
         "physics": one.physics,
         "remedy": one.remedy,
     }
+
+
+def _vibration(one: ChannelVibration | None) -> dict[str, Any] | None:
+    if one is None:
+        return None
+    return {"channels": list(one.channels), "excess": one.excess, "nats": one.nats}
 
 
 def _pairs(d: Diagnosis) -> list[list[str]]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.constants import FALSE_ALARMS, WORTH_NATS
+from gap.diagnosis.detectable import Detectable
 from gap.residuals.chances import promised
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
@@ -20,32 +21,6 @@ from gap.search.options import CAUSE_LEVEL
 from gap.search.screen import Signatures
 
 TESTS = 2  # the best candidate's size, and energies
-
-
-@dataclass(frozen=True, slots=True)
-class Detectable:
-    """Smallest size of a parameter that would have shown.
-
-    Attributes:
-        size: Distance from neutral, in the parameter's unit; infinite if these runs cannot show it.
-        neutral: Value at which nothing happens.
-        lower: Smallest value that makes sense.
-        upper: Largest value that makes sense.
-    """
-
-    effect: str
-    parameter: str
-    size: float
-    unit: str
-    neutral: float
-    lower: float
-    upper: float
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        """The values at that distance that make sense, the lower one first; none if it is out of range."""
-        both = (self.neutral - self.size, self.neutral + self.size)
-        return tuple(value for value in both if self.lower <= value <= self.upper)
 
 
 @dataclass(frozen=True, slots=True)

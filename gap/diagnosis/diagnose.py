@@ -8,6 +8,7 @@ import numpy as np
 from gap.constants import MOSTLY
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
 from gap.diagnosis.baselines import baselines
+from gap.diagnosis.by_vibration import settled_by_vibration, shaken_channels
 from gap.diagnosis.commissioning import commission
 from gap.diagnosis.detection import Detection, detect, detectable
 from gap.diagnosis.drop_worse import drop_worse
@@ -24,6 +25,7 @@ from gap.experiments.next_run import NextRun, next_runs
 from gap.interfaces import Cause, Drive, Proposal, Simulator
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.predictions import PredictsElsewhere
+from gap.residuals.vibration import settled
 from gap.search.candidates import Candidate
 from gap.search.cross_validation import unseen_residual
 from gap.search.look import Selection
@@ -94,6 +96,7 @@ def diagnose_study(
         lambda share: progress("which effects", 0.45 + 0.27 * share), comparison.known,
     )  # fmt: skip
     progress("how much is explained", 0.72)
+    selection = settled_by_vibration(comparison.evidence, selection, comparison.healthy)
     selection, far = drop_worse(comparison, selection, seed)
     progress("where it lies", 0.74)
     answer = _answer(comparison, selection, far)
@@ -159,15 +162,17 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
 
 def _fit(comparison: GapEvidence, selection: Selection) -> Fit:
     """What the causes explain, each block under the fit without its fold."""
-    evidence = comparison.evidence
+    evidence, runs = comparison.evidence, comparison.runs
     unseen = unseen_residual(evidence, selection.fitted)
-    runs = comparison.runs
+    if names := shaken_channels(selection):
+        unseen = settled(evidence, unseen, names)
+    unseen_score = evidence.score(unseen).sum(axis=1)
     return Fit(
         closed=closed_share(evidence, unseen),
         excess_after=evidence.mean_excess(unseen),
         worst_after=float(np.nanmax(evidence.excess(unseen))),
         p_after=chance_of_energies(evidence, unseen, runs) if runs else 0.0,
-        nats_after=max(0.0, nats_beyond(evidence, selection.unseen, comparison.healthy)),
+        nats_after=max(0.0, nats_beyond(evidence, unseen_score, comparison.healthy)),
     )
 
 

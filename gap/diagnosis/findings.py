@@ -9,13 +9,15 @@ import numpy as np
 from gap.constants import FALSE_ALARMS
 from gap.diagnosis.ambiguity import OpenRival
 from gap.diagnosis.baselines import Baseline
-from gap.diagnosis.detection import Detectable, Detection
+from gap.diagnosis.detectable import Detectable
+from gap.diagnosis.detection import Detection
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.probability import Fit, RivalCause
 from gap.diagnosis.trend import Trend
 from gap.diagnosis.where import Where
 from gap.experiments.next_run import NextRun
 from gap.interfaces import Cause, DataFault, place_words
+from gap.residuals.vibration import ChannelVibration
 from gap.rounding import percent_words, value_words
 
 JOINTS_SHOWN = 3  # of a cause at every joint, in a sentence
@@ -64,6 +66,7 @@ class NamedCause:
         last: What it adds to the others.
         remedy: What to check or change.
         trend: How its size changes in the course of a run.
+        vibration: What vibrates, if that tells it from another effect; None otherwise.
     """
 
     effect: str
@@ -80,6 +83,7 @@ class NamedCause:
     remedy: str
     form: str
     trend: Trend
+    vibration: ChannelVibration | None = None
 
     @property
     def form_words(self) -> str:

@@ -6,7 +6,7 @@ for none of them.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from gap.constants import (
     ERROR_SHARE,
@@ -37,6 +37,7 @@ class RivalCause:
         behind: Nats by which it predicts held-out blocks worse.
         of: Effect and joints of the cause it was an alternative to.
         form: Name in the catalogue: ``effect``, or the one of its forms that fits best.
+        vibration_nats: Nats of those by which vibration, or its absence, speaks for the cause.
     """
 
     cause: int
@@ -47,6 +48,7 @@ class RivalCause:
     behind_error: float
     of: tuple[str, tuple[str, ...]]
     form: str
+    vibration_nats: float = field(default=0.0, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +117,7 @@ def chances(
     """
     out = []
     for i, step in enumerate(selection.steps):
-        behinds = [_behind(one, step.chosen, strata) for one in step.rivals]
+        behinds = [behind_of(one, step.chosen, strata) for one in step.rivals]
         weights, alike = [], step.chosen.added.effect.alike
         fitted = {one.added.effect.name for one in step.rivals}
         unfitted = sum(name not in fitted for name in alike)
@@ -123,7 +125,7 @@ def chances(
             if one.added.effect.name in alike:  # no fit can tell them apart
                 weights.append(1.0)
                 continue
-            weights.append(weight_of(behind, left_nats))
+            weights.append(weight_of(behind, left_nats, vibration_nats_of(one, step.chosen)))
         share = (1.0 - none) / (1.0 + sum(weights) + unfitted)
         of = step.chosen.added.family
         rivals = tuple(
@@ -135,6 +137,7 @@ def chances(
                 behind.error,
                 of,
                 one.added.effect.name,
+                vibration_nats=vibration_nats_of(one, step.chosen),
             )
             for one, weight, behind in zip(step.rivals, weights, behinds, strict=True)
         )
@@ -142,13 +145,22 @@ def chances(
     return tuple(out)
 
 
-def weight_of(behind: Advantage, left_nats: float) -> float:
-    """Return how likely an alternative is beside the cause that it is behind."""
+def weight_of(behind: Advantage, left_nats: float, vibration_nats: float = 0.0) -> float:
+    """Return how likely an alternative is beside the cause that it is behind.
+
+    Misfits of a simulator blur what it predicts, not what is measured without it.
+    """
     scale = TEMPERATURE + ERROR_SHARE * behind.error + MISFIT_SHARE * left_nats
-    return math.exp(-max(min(behind.nats / scale, 700.0), 0.0))
+    blurred = max(min((behind.nats - vibration_nats) / scale, 700.0), 0.0)
+    return math.exp(-blurred - max(vibration_nats, -600.0))
 
 
-def _behind(rival: Option, chosen: Option, strata: IntArray) -> Advantage:
-    """How much better the chosen one predicts than an alternative, each minus the price of its forms."""
+def vibration_nats_of(rival: Option, chosen: Option) -> float:
+    """Return the nats by which vibration speaks for the chosen one rather than for an alternative."""
+    return max(0.0, -rival.added.shaken) - max(0.0, -chosen.added.shaken)
+
+
+def behind_of(rival: Option, chosen: Option, strata: IntArray) -> Advantage:
+    """Return how much better the chosen one predicts than an alternative, each minus its price."""
     ahead = advantage(chosen.unseen, rival.unseen, strata)
     return replace(ahead, nats=ahead.nats + rival.added.price - chosen.added.price)

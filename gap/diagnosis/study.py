@@ -18,6 +18,7 @@ from gap.residuals.healthy import Healthy, healthy_runs
 from gap.residuals.hold_out import HoldOut
 from gap.residuals.parts import TrialPart, split, whole_parts
 from gap.residuals.predictions import Predictor, PredictsElsewhere
+from gap.residuals.vibration import ChannelVibration, vibration_of
 from model.errors import GapError
 from record.trial.trial import Trial
 
@@ -55,6 +56,18 @@ class Study:
     def local(self) -> Drive:
         """What feeds the stages where each is compared by itself."""
         return local_drive(self.predictor, self.fitted or self.references)
+
+    @cached_property
+    def vibrations(self) -> dict[str, ChannelVibration]:
+        """What vibrates in the trials more than in references, by the name of the effect that would."""
+        channels = self.simulator.channels
+        parts = (*self.fitted, *self.held)
+        every = {
+            effect.name: vibration_of(effect.shaking, channels, parts, self.references)
+            for effect in self.simulator.effects
+            if effect.shaking
+        }
+        return {name: one for name, one in every.items() if one is not None}
 
     def with_standing(self, causes: tuple[Cause, ...]) -> "Study":
         """Return the study of a simulator that has these causes in every prediction."""

@@ -91,6 +91,7 @@ def named_causes(
                 remedy=effect.remedy,
                 form=effect.name,
                 trend=trends[i],
+                vibration=step.chosen.added.vibration,
             )
         )
         at += size

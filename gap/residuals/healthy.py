@@ -64,7 +64,7 @@ def healthy_runs(
     each = []
     for i, (part, error) in enumerate(references):
         others = [
-            r for k, r in enumerate(references) if k != i and _apart(own[i], own[k]) >= distance
+            r for k, r in enumerate(references) if k != i and apart(own[i], own[k]) >= distance
         ]
         if len(others) < FEWEST_OTHERS:
             others = [*references[:i], *references[i + 1 :]]
@@ -77,15 +77,15 @@ def healthy_runs(
     return tuple(each)
 
 
-def _apart(a: RunCondition, b: RunCondition) -> int:
-    """How far two conditions are apart: the same, another frequency, another gait."""
+def apart(a: RunCondition, b: RunCondition) -> int:
+    """Return how far two conditions are apart: the same, another frequency, another gait."""
     if a.gait != b.gait:
         return NEW_GAIT
     return SAME_CONDITION if abs(a.log_ratio(b)) < SAME_FREQUENCY else NEW_FREQUENCY
 
 
 def _distance(one: RunCondition, known: Sequence[RunCondition]) -> int:
-    return min(_apart(one, other) for other in known)
+    return min(apart(one, other) for other in known)
 
 
 def laid_over(part: TrialPart, healthy: Healthy) -> FloatArray:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gap.interfaces import NOWHERE, Cause, Effect, Parameter, Scope, Simulator, places_for
+from gap.residuals.vibration import ChannelVibration
 
 STEP = 0.25  # of the spread, for differences about the neutral value
 FINE_STEP = 0.05  # about a fitted one
@@ -30,11 +31,13 @@ class Candidate:
 
     Attributes:
         forms: How many effects of the catalogue are forms of its cause, which are tried as one.
+        vibration: What vibrates in the trials, if that tells it from another effect; None otherwise.
     """
 
     effect: Effect
     joints: tuple[str, ...]
     forms: int = 1
+    vibration: ChannelVibration | None = None
 
     @property
     def key(self) -> tuple[str, tuple[str, ...]]:
@@ -48,8 +51,15 @@ class Candidate:
 
     @property
     def price(self) -> float:
-        """Log likelihood that having tried several forms of one cause costs [nats]."""
-        return math.log(self.forms)
+        """Log likelihood that it costs: several forms were tried, vibration speaks against it [nats]."""
+        return math.log(self.forms) + max(0.0, -self.shaken)
+
+    @property
+    def shaken(self) -> float:
+        """Log likelihood by which vibration speaks for it; below 0 against it, 0 if that is unknown."""
+        if self.vibration is None:
+            return 0.0
+        return self.vibration.nats if self.effect.shaking else -self.vibration.nats
 
     def cause(self, values: Sequence[float]) -> Cause:
         """Return it as a cause with these values."""
@@ -77,6 +87,17 @@ def candidates_of(simulator: Simulator, standing: Sequence[Cause] = ()) -> tuple
             places += [(joint,) for joint in places_for(effect, simulator)]
         listed += [Candidate(effect, place, forms[effect.family]) for place in places]
     return tuple(listed)
+
+
+def with_vibrations(
+    candidates: Sequence[Candidate], vibrations: Mapping[str, ChannelVibration]
+) -> tuple[Candidate, ...]:
+    """Return candidates with what vibrates, by name of the effect that it tells from steady ones."""
+    both = dict(vibrations)
+    for one in candidates:
+        if one.effect.shaking and one.effect.name in vibrations:
+            both |= dict.fromkeys(one.effect.shaking.steady, vibrations[one.effect.name])
+    return tuple(replace(one, vibration=both.get(one.effect.name)) for one in candidates)
 
 
 def families_of(causes: Sequence[Cause], effects: Mapping[str, Effect]) -> set[Family]:

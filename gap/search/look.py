@@ -1,5 +1,6 @@
 """One more cause: the best candidate that is new, beside what is known of healthy runs."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -10,6 +11,7 @@ from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
 from gap.search.at_once import each_of
 from gap.search.candidates import Family, families_of
+from gap.search.edges import with_seen_edges
 from gap.search.fit import ROUNDS, Fitted
 from gap.search.healthy_search import HealthySearch
 from gap.search.novelty import chance_healthy
@@ -115,7 +117,12 @@ class Look:
         if self.known is None:
             return 0.0
         one = chance_healthy(self.evidence, self.known.runs, option.fitted, option.cause)
-        return self.known.search.among_all(min(1.0, option.added.forms * one))
+        chance = self.known.search.among_all(min(1.0, option.added.forms * one))
+        vibration = option.added.vibration
+        if vibration is None or not option.added.effect.shaking or vibration.nats <= 0.0:
+            return chance
+        both = max(chance * vibration.chance, 1e-300)
+        return min(chance, both * (1.0 - math.log(both)))  # of two tests in one, by Fisher
 
     def level(self, residual: FloatArray) -> float:
         """Return the chance below which the next cause is named.
@@ -150,7 +157,8 @@ class Look:
             ranked = [gain for gain in ranked if gain not in listed]
             own = [forms[gain.signature.candidate.family] for gain in listed]
             find = partial(self._best_form, selection)
-            fresh = sorted(each_of(own, find, self.evidence.predictor.at_once), key=rank)
+            made = each_of(own, find, self.evidence.predictor.at_once)
+            fresh = sorted(with_seen_edges(self.evidence, made), key=rank)
             options += fresh
             for one in fresh:
                 if not worth(one.over, len(one.added.effect.parameters), len(one.unseen)):

@@ -6,11 +6,11 @@ is one standard deviation of what a builder of such machines would expect.
 
 import operator
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from types import MappingProxyType
 
-from model.effects.causes import Effect, Parameter, Scope
+from model.effects.causes import Effect, Parameter, Scope, Shaking
 from model.values.machine_names import MachineNames
 
 STAGES = ("actuation", "kinematics", "support", "friction", "dynamics", "external", "sensing")
@@ -94,6 +94,10 @@ _SLIP = ((Parameter("speed_m_s", "m/s", 0.005, 0.002, 0.05, 0.005), Combine.SET)
 _EDGE = ((Parameter("x_m", "m", 0.2, -1.0, 10.0, 0.5, located=True), Combine.SET),)
 _APART = Combine.APART
 
+_STICK_SLIP = Shaking(
+    ("force_x", "force_y"), ("force_z",), steady=("friction_level", "friction_patch")
+)
+
 CATALOGUE = (
     _effect("actuation", "command_delay", ALL, _numbers("delay_s", "s", 0.0, 0.3, 0.04),
         "A command acts later than it is logged: the whole shaft motion is shifted in time.",
@@ -166,9 +170,13 @@ CATALOGUE = (
     _effect("friction", "coulomb_friction", ALL, (),
         "Friction does not grow with slip: feet stick, or slide at the full mu N.",
         "Use Coulomb's law in the simulator."),
-    _effect("friction", "stiction", ALL, _ratio(1.0, 3.0, 0.3, "static_ratio") + _SLIP,
+    replace(_effect("friction", "stiction", ALL, _ratio(1.0, 3.0, 0.3, "static_ratio") + _SLIP,
         "A foot at rest grips more than a sliding one.",
-        "Use a Stribeck law, or feet of another material."),
+        "Use a Stribeck law, or feet of another material."), shaking=_STICK_SLIP),
+    replace(_effect("friction", "stick_slip", ALL, _ratio(1.0, 3.0, 0.3, "static_ratio"),
+        "Feet stick and slip in turn, faster than the frames: they grip more in the mean, and vibrate.",
+        "Feet of another material; a simulator needs a Stribeck law and steps of a millisecond.",
+        form_of="stiction"), shaking=_STICK_SLIP),
     _effect("friction", "friction_patch", ALL, _ratio(0.1, 4.0, 0.25) + _EDGE,
         "Beyond a line across the world's x the ground is more or less slippery.",
         "Clean the floor, or look where its surface changes."),

@@ -39,6 +39,21 @@ class Parameter:
 
 
 @dataclass(frozen=True, slots=True)
+class Shaking:
+    """What vibrates with an effect.
+
+    Attributes:
+        channels: Names of the channels that vibrate.
+        calm: Names of channels that vibrate less: what shakes the whole machine shakes both.
+        steady: Names of effects that can predict the same and do not vibrate.
+    """
+
+    channels: tuple[str, ...]
+    calm: tuple[str, ...]
+    steady: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Effect:
     """One thing that a model may lack.
 
@@ -59,6 +74,7 @@ class Effect:
             (``at_every_joint``), in the order of its parameters; empty for any other.
         form_of: Name of the effect that this is another form of: one cause by another path, tried with it
             as one candidate and reported under its name; empty for any other.
+        shaking: What vibrates with it, faster than a model's frames follow; None if nothing does.
     """
 
     name: str
@@ -74,6 +90,7 @@ class Effect:
     in_time: bool = field(default=False, kw_only=True)
     each: tuple[str, ...] = field(default=(), kw_only=True)
     form_of: str = field(default="", kw_only=True)
+    shaking: Shaking | None = field(default=None, kw_only=True)
 
     @property
     def family(self) -> str:

@@ -235,6 +235,8 @@ def slide(
         points[..., 1] += aside
         speed[..., 1] += grid.slope(aside, FOOT_WINDOW_S)
     (level,) = settings.whole("friction_level")
+    (static_ratio,) = settings.whole("stick_slip")
+    level = level * 0.5 * (1.0 + static_ratio)  # between sticking and slipping, in the mean
     mu = machine.contact.mu * (settings.each("foot_friction")[0] * level) * np.ones_like(load_n)
     if settings.has("friction_patch"):
         ratio, x_m = settings.whole("friction_patch")

@@ -39,8 +39,8 @@ class Use(Enum):
 
 _GROUPS = {
     Use.MODEL: """shaft_zero_offset link_length leg_flex ground_stiffness leg_length ground_slope
-        ground_step com_offset payload chassis_twist coulomb_friction stiction friction_patch foot_rolling
-        tilt_coupling inertia_lag tether_force drag leg_stiffness foot_friction friction_level
+        ground_step com_offset payload chassis_twist coulomb_friction stiction stick_slip friction_patch
+        foot_rolling tilt_coupling inertia_lag tether_force drag leg_stiffness foot_friction friction_level
         friction_anisotropy hip_mount_offset""",
     Use.READING: "force_gain force_bias force_drift force_rotation force_cross_talk encoder_scale",
     Use.SEEN: "command_delay servo_lag servo_speed_limit servo_compliance gear_backlash",

@@ -165,6 +165,7 @@ def _card(one: NamedCause) -> dict[str, object]:
             f"Stage {one.stage}. Explains {percent_words(one.shrink)} of the gap (alone "
             f"{percent_words(one.alone)}, added last {percent_words(one.last)}; energy above the "
             f"baseline); predicts held-out blocks better by {one.nats:.0f} ± {one.nats_error:.0f} nats."
+            + (f" {one.vibration.words.capitalize()}." if one.vibration else "")
         ),
     }
 

@@ -130,6 +130,7 @@ def _causes(d: Diagnosis) -> list[str]:
         lines += table_lines([Column(name) for name in head], rows, "     ") if rows else []
         lines.append(f"     probability {one.probability:.2f}, stage {one.stage}{_share(one)}")
         lines.append(f"     {one.physics}")
+        lines += [f"     {one.vibration.words}"] if one.vibration else []
     for rival in d.ambiguous:
         place = place_words(rival.effect, rival.joints)
         lines.append(f"  indistinguishable from {place_words(*rival.of)}: {place} ({rival.why})")

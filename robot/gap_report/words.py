@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from gap.diagnosis.detection import Detectable
+from gap.diagnosis.detectable import Detectable
 from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.probability import RivalCause

@@ -13,6 +13,9 @@ from sim_hw.twin.effects import TwinEffect, apply_effects
 from sim_hw.twin.sensing import SensorParameters
 from sim_hw.twin.twin import Twin
 
+STICK_SLIP = "stick_slip"
+SLIP_SPEED_M_S = 0.01  # at which the virtual robot's friction has come down from that at rest
+
 
 def file_effects(config: RobotConfig, asked: Sequence[TwinEffect] = ()) -> tuple[TwinEffect, ...]:
     """Return the effects of a robot file as the virtual robot knows them.
@@ -42,6 +45,8 @@ def twin_effects(cause: Cause) -> tuple[TwinEffect, ...]:
     Raises:
         ConfigError: It is a form that the virtual robot of a file does not have.
     """
+    if cause.effect == STICK_SLIP:
+        cause = Cause(CATALOGUE[STICK_SLIP].form_of, cause.joints, (*cause.values, SLIP_SPEED_M_S))
     if CATALOGUE[cause.effect].form_of:
         raise ConfigError(
             table_name(cause.effect, cause.joints),

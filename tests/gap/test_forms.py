@@ -64,7 +64,9 @@ def test_the_forms_of_a_cause_share_its_name_and_pay_for_having_been_tried() -> 
     assert {one.family[0] for one in gives} == {"servo_compliance"}
     assert len({one.key for one in gives}) == 2 * len({one.family for one in gives})
     assert all(one.price == math.log(2) for one in gives)
-    assert all(one.price == 0.0 for one in listed if one not in gives)
+    forms = [one for one in listed if one.effect.family == "stiction"]
+    assert {one.effect.name for one in forms} == {"stiction", "stick_slip"}
+    assert all(one.price == 0.0 for one in listed if one not in (*gives, *forms))
     effects = {effect.name: effect for effect in CATALOGUE}
     taken = families_of([Cause(GIVES[1], ("ML",), (0.01,))], effects)
     assert taken == {("servo_compliance", ("ML",))}
@@ -80,6 +82,11 @@ def test_a_virtual_robot_that_cannot_have_a_form_says_so() -> None:
         ConfigError, match=r"effects\.servo_compliance_beyond_encoder\.ML: cannot be"
     ):
         twin_effects(Cause(GIVES[1], ("ML",), (0.01,)))
+
+
+def test_a_virtual_robot_sticks_and_slips_by_friction_that_falls_with_speed() -> None:
+    (one,) = twin_effects(Cause("stick_slip", (), (1.5,)))
+    assert (one.name, one.leg, one.values[0]) == ("stiction", "", 1.5)
 
 
 def test_a_form_is_read_back_as_what_the_simulator_adds(tmp_path: Path) -> None:

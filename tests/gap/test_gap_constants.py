@@ -61,6 +61,15 @@ def test_a_changed_constant_reaches_the_modules_that_are_imported_after_it() -> 
     assert done.stdout == "7.0\n", done.stderr
 
 
+def test_no_constant_is_in_use_before_it_is_changed() -> None:
+    done = in_a_fresh_process(
+        "from benchmarks.gap_constants import figures, judged\n"
+        "from benchmarks.gap_constants.changes import known\n"
+        "print([name for name in known() if judged.users_of(name)])\n"
+    )
+    assert done.stdout == "[]\n", done.stderr
+
+
 def test_a_constant_that_is_in_use_cannot_be_changed() -> None:
     done = in_a_fresh_process(
         "from gap.diagnosis import probability\n"

@@ -14,7 +14,8 @@ SHARED_NAMES = """command_delay servo_lag servo_speed_limit servo_compliance
 servo_compliance_beyond_encoder gear_backlash shaft_zero_offset
 link_length hip_mount_offset leg_flex leg_stiffness ground_stiffness leg_length ground_slope ground_step
 com_offset payload chassis_twist foot_friction friction_level friction_anisotropy coulomb_friction
-stiction friction_patch foot_rolling tilt_coupling inertia_lag tether_force drag force_gain force_bias
+stiction stick_slip friction_patch foot_rolling tilt_coupling inertia_lag tether_force drag
+force_gain force_bias
 force_drift force_rotation force_cross_talk force_delay
 force_lowpass pose_delay pose_yaw_offset pose_origin_offset clock_skew encoder_scale"""
 

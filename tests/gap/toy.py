@@ -6,7 +6,7 @@ Trials are made by the same equations with causes that the engine is not told.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -22,6 +22,7 @@ from gap.interfaces import (
     Scope,
     check_causes,
 )
+from model.effects.causes import Shaking
 from model.values.arrays import FloatArray
 from record.trial.header import SERVO_BENCH, TrialHeader, TrialNoise
 from record.trial.table_file import TableColumn
@@ -52,6 +53,10 @@ EFFECTS = (
 )
 # effects that ``chain`` knows beside these: of a sensor, and at a place
 SPEED_GAIN = toy_effect("speed_gain", "sensing", Scope.ALL, number("ratio", 0.1, 1.0, 0.1))
+# what no run without a look at its vibration tells from it
+CHATTER = replace(
+    SPEED_GAIN, name="chatter", shaking=Shaking(("speed",), ("force",), ("speed_gain",))
+)
 BUMP = toy_effect(
     "bump", "press", Scope.JOINT, number("height_n", 0.3),
     Parameter("place_rad", "rad", 0.0, -0.6, 0.6, 0.3, located=True),
@@ -140,7 +145,7 @@ def chain(
                 grip[on] *= v[0]
             case "tether":
                 tether += v[0]
-            case "speed_gain":
+            case "speed_gain" | "chatter":
                 gain *= v[0]
             case "bump":
                 bumps.append((on, v[0], v[1]))
@@ -165,9 +170,11 @@ def chain(
 
 def toy_trial(
     causes: Sequence[Cause] = (), hz: float = 0.5, gait: str = "walk", seconds: float = 16.0, seed: int = 0,
-    strange: float = 0.0, wander: float = 0.0, growing: float = 0.0,
+    strange: float = 0.0, wander: float = 0.0, growing: float = 0.0, shaking: float = 0.0,
 ) -> Trial:  # fmt: skip
     """Measure the toy with causes; ``strange`` adds what no effect is, ``wander`` what varies.
+
+    The speed shakes by ``shaking`` times its noise.
 
     What the causes do grows over the run by ``growing`` times their mean.
     """
@@ -180,6 +187,7 @@ def toy_trial(
     true[:, 3:6] += strange * np.sign(np.sin(2 * np.pi * 5 * hz * time_s))[:, None]
     noise = rng.standard_normal(true.shape) * np.array([NOISE[c.name] for c in CHANNELS])
     seen = true + noise
+    seen[:, 6] += shaking * NOISE["speed"] * rng.standard_normal(len(seen))
     header = TrialHeader(
         SERVO_BENCH, JOINTS, gait, hz, HZ, "", TrialNoise(math.nan), "", "", legs=JOINTS
     )

@@ -42,7 +42,7 @@ IN_MODEL = [
     and name
     not in {
         "leg_stiffness", "foot_friction", "friction_level", "friction_anisotropy", "hip_mount_offset",
-        "leg_flex", "inertia_lag",
+        "leg_flex", "inertia_lag", "stick_slip",
     }
 ]  # fmt: skip
 

@@ -12,7 +12,7 @@ def test_the_list_names_every_effect_and_its_numbers(capsys: pytest.CaptureFixtu
     assert run(["gap", "effects"]) == 0
     text = capsys.readouterr().out
     assert "ACTUATION\n  command_delay  (whole robot)\n      delay_s: 0 to 0.3 s, neutral 0" in text
-    assert "41 effects" in text
+    assert "42 effects" in text
     assert max(len(line) for line in text.splitlines()) <= 108
 
 
@@ -50,6 +50,7 @@ friction friction_level ratio all
 friction friction_anisotropy w_x,w_y all,leg
 friction coulomb_friction - all
 friction stiction static_ratio,speed_m_s all
+friction stick_slip static_ratio all
 friction friction_patch ratio,x_m all
 friction foot_rolling radius_m all
 friction tilt_coupling - all

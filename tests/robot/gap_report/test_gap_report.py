@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gap.diagnosis.ambiguity import OpenRival
-from gap.diagnosis.detection import Detectable
+from gap.diagnosis.detectable import Detectable
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.diagnosis.probability import RivalCause

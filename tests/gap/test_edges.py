@@ -1,0 +1,51 @@
+"""An edge on the ground that no foot crossed is no edge: less grip everywhere is not a patch of it."""
+
+from functools import cache
+
+import numpy as np
+
+from gap.diagnosis.study import make_study
+from gap.interfaces import Cause
+from gap.residuals.evidence import Evidence
+from gap.search.candidates import Candidate
+from gap.search.edges import with_seen_edges
+from gap.search.options import Option, fit_option
+from tests.gap.walks import cause, simulator, walk
+
+LEVEL, PATCH = cause("friction_level", 0.7), cause("friction_patch", 0.7, 0.1)
+
+
+@cache
+def evidence(truth: Cause) -> Evidence:
+    trial = walk("tripod", 0.3, 6.0, (truth,), noise_seed=1)
+    study = make_study([trial], simulator())
+    return study.evidence(study.local)
+
+
+def option(seen: Evidence, start: Cause) -> Option:
+    effect = next(one for one in simulator().effects if one.name == start.effect)
+    standing = np.full(len(seen.starts), 1e9)
+    return fit_option(seen, Candidate(effect, ()), (start,), standing)
+
+
+def names(truth: Cause, *starts: Cause) -> list[str]:
+    seen = evidence(truth)
+    return [
+        one.added.effect.name for one in with_seen_edges(seen, [option(seen, s) for s in starts])
+    ]
+
+
+BEFORE = cause("friction_patch", 0.8, -0.9)
+
+
+def test_a_patch_below_all_feet_is_no_alternative_to_less_grip() -> None:
+    assert names(LEVEL, BEFORE, LEVEL) == ["friction_level"]
+
+
+def test_a_patch_whose_edge_feet_crossed_stays() -> None:
+    assert names(PATCH, PATCH, LEVEL) == ["friction_patch", "friction_level"]
+
+
+def test_a_patch_without_another_explanation_stays() -> None:
+    assert names(LEVEL, BEFORE) == ["friction_patch"]
+    assert names(LEVEL, BEFORE, cause("drag", 50.0)) == ["friction_patch", "drag"]
