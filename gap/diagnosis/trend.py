@@ -46,11 +46,21 @@ UNKNOWN = Trend(np.nan, np.nan)
 
 
 def trends_of(evidence: Evidence, healthy: Evidence | None, fitted: Fitted) -> tuple[Trend, ...]:
-    """Return the trend of each fitted cause; ``healthy`` are references, None for too few."""
+    """Return the trend of each fitted cause; ``healthy`` are references, None for too few.
+
+    Causes of one stage have one trend together: each takes a part of what changes there, and what each
+    leaves by itself is little.
+    """
     if not _repeats(evidence):
         return (UNKNOWN,) * len(fitted.causes)
+    effects = evidence.effects
+    groups: dict[str, list[Cause]] = {}
+    for one in fitted.causes:
+        if not effects[one.effect].in_time:
+            groups.setdefault(effects[one.effect].stage, []).append(one)
+    trends = {stage: _trend(evidence, healthy, fitted, tuple(own)) for stage, own in groups.items()}
     return tuple(
-        UNKNOWN if evidence.effects[one.effect].in_time else _trend(evidence, healthy, fitted, one)
+        UNKNOWN if effects[one.effect].in_time else trends[effects[one.effect].stage]
         for one in fitted.causes
     )
 
@@ -69,13 +79,15 @@ def _repeats(evidence: Evidence) -> bool:
     return all(np.isfinite(one).all() and abs(one[-1] - one[0]) >= FEWEST_CYCLES for one in cycles)
 
 
-def _trend(evidence: Evidence, healthy: Evidence | None, fitted: Fitted, cause: Cause) -> Trend:
-    rest = tuple(one for one in fitted.causes if one is not cause)
+def _trend(
+    evidence: Evidence, healthy: Evidence | None, fitted: Fitted, causes: tuple[Cause, ...]
+) -> Trend:
+    rest = tuple(one for one in fitted.causes if one not in causes)
     groups = [growths(evidence, rest, fitted.causes, fitted.residual)]
     if len(groups[0]) < FEWEST_RUNS:
         return UNKNOWN
     if healthy is not None and _repeats(healthy):
-        groups.append(growths(healthy, (), (cause,), healthy.base))
+        groups.append(growths(healthy, (), causes, healthy.base))
     square, free = scatter(groups)
     error = np.sqrt(max(square / free / len(groups[0]), 1e-24))
     growth = float(groups[0].mean())
@@ -88,12 +100,12 @@ def growths(
     including: tuple[Cause, ...],
     residual: FloatArray,
 ) -> FloatArray:
-    """Return by how much of a cause's size a residual grows over each run, (R,); blind runs are left out.
+    """Return by how much of what causes do a residual grows over each run, (R,); blind runs are left out.
 
     Args:
         evidence: Runs.
-        without: Causes without the one.
-        including: Causes including it.
+        without: The other causes.
+        including: Those and these.
         residual: What is left, whitened, (F, C).
     """
     weights = evidence.weights(residual)

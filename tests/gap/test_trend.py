@@ -35,6 +35,19 @@ def test_a_cause_that_grows_or_fades_is_unexplained_with_what_it_does(
     assert any(words.startswith(f"stiffness at c {CHANGES}") for words in d.warnings)
 
 
+def test_causes_of_one_stage_have_one_trend_and_others_their_own() -> None:
+    both = [STIFFNESS, Cause("stiffness", ("a",), (1.3,)), Cause("tether", (), (0.3,))]
+    d = diagnose(toy_case(both, 3, growing=-0.8), Toy(), toy_references(3))
+    press = {c.joints: c.trend for c in d.causes if c.effect == "stiffness"}
+    assert press.keys() == {("a",), ("c",)}
+    assert press["a",] == press["c",]
+    assert press["a",].growth == pytest.approx(-0.8, abs=0.25)
+    assert all(c.trend != press["a",] for c in d.causes if c.stage != "press")
+    steady = diagnose(toy_case(both, 3), Toy(), toy_references(3))
+    assert steady.verdict is Verdict.EXPLAINED
+    assert not any(CHANGES in words for words in steady.warnings)
+
+
 @pytest.mark.parametrize("cause", [STIFFNESS, Cause("delay", (), (0.05,))])
 def test_a_cause_that_keeps_its_size_has_no_trend(cause: Cause) -> None:
     d = found(cause, 0.0)
