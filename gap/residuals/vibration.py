@@ -26,9 +26,7 @@ FAST = 1.0 / 3.0  # of the frames a second, from which a channel's motion is cal
 ORDER = 4
 FEWEST_FRAMES = 60
 UNLIKE = 1.0  # scatter between conditions where no two references tell it
-STEADY_FREE = (
-    4.0  # degrees of freedom of the scatter: causes that do not vibrate shake a little, too
-)
+STEADY_FREE = 4.0  # degrees of freedom of that scatter: other causes shake a little, too
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,9 +16,12 @@ from model.values.machine_names import MachineNames
 STAGES = ("actuation", "kinematics", "support", "friction", "dynamics", "external", "sensing")
 # What acts through forces, by its stage or by itself.
 FORCE_STAGES = frozenset({"support", "friction", "dynamics", "external"})
-MOVED_BY_FORCES = frozenset(
-    {"servo_compliance", "servo_compliance_beyond_encoder", "gear_backlash", "leg_flex"}
-)
+MOVED_BY_FORCES = frozenset({
+    "servo_compliance", "servo_compliance_beyond_encoder", "gear_backlash", "leg_flex",
+    # readings of forces, which are held against forces of a model
+    "force_gain", "force_bias", "force_drift", "force_rotation", "force_cross_talk", "force_delay",
+    "force_lowpass",
+})  # fmt: skip
 CHANGES_WITH_TIME = frozenset({"force_drift", "clock_skew"})
 NO_LIMIT_RAD_S = 10.0  # twice what the servos can do: no limit
 ALL, LEG, BOTH = (Scope.ALL,), (Scope.JOINT,), (Scope.ALL, Scope.JOINT)

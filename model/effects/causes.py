@@ -67,8 +67,8 @@ class Effect:
         alike: Effects that no run of this kind can tell it from, whatever the fits say, because nothing was
             measured between them; with
         tells: what would.
-        by_forces: Whether it acts through forces (of contact, friction, springs), which a model has only
-            approximately; else through what is measured or drawn.
+        by_forces: Whether it acts through forces (of contact, friction, springs) or is read from them,
+            which a model has only approximately; else through what is measured or drawn.
         in_time: Whether it changes with time by its nature, so that a size that changes says nothing.
         each: Joints that have numbers of their own in an effect of all of them at once
             (``at_every_joint``), in the order of its parameters; empty for any other.

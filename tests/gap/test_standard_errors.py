@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gap.constants import MODELS_DIFFER
+from gap.constants import FORCES_DIFFER, MODELS_DIFFER
 from gap.interfaces import Cause
 from gap.search.fit import fit_causes
 from gap.search.standard_errors import standard_errors
@@ -68,5 +68,7 @@ def test_what_acts_through_forces_is_known_less_well_than_what_is_drawn() -> Non
         evidence, _ = evidences(Toy(catalogue), [trial], [])
         fitted = fit_causes(evidence, (Cause("offset", ("a",), (OFFSET,)),))
         (errors[by_forces],) = standard_errors(evidence, None, fitted)
-        assert errors[by_forces] >= (0.05 if by_forces else 0.01) * abs(fitted.away[0])
+        assert errors[by_forces] >= (FORCES_DIFFER if by_forces else MODELS_DIFFER) * abs(
+            fitted.away[0]
+        )
     assert errors[True] > errors[False]
