@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gap.constants import VIBRATION_CLEAR
 from gap.interfaces import NOWHERE, Cause, Effect, Parameter, Scope, Simulator, places_for
 from gap.residuals.vibration import ChannelVibration
 
@@ -92,12 +93,22 @@ def candidates_of(simulator: Simulator, standing: Sequence[Cause] = ()) -> tuple
 def with_vibrations(
     candidates: Sequence[Candidate], vibrations: Mapping[str, ChannelVibration]
 ) -> tuple[Candidate, ...]:
-    """Return candidates with what vibrates, by name of the effect that it tells from steady ones."""
-    both = dict(vibrations)
+    """Return candidates with what vibrates, by name of the effect that it tells from steady ones.
+
+    Where something surely vibrates, other forms of its cause, which frames would show, are left out: how
+    well they follow what is faster than frames is chance.
+    """
+    both, sure = dict(vibrations), set()
     for one in candidates:
-        if one.effect.shaking and one.effect.name in vibrations:
-            both |= dict.fromkeys(one.effect.shaking.steady, vibrations[one.effect.name])
-    return tuple(replace(one, vibration=both.get(one.effect.name)) for one in candidates)
+        if one.effect.shaking and (vibration := vibrations.get(one.effect.name)):
+            both |= dict.fromkeys(one.effect.shaking.steady, vibration)
+            if vibration.nats >= VIBRATION_CLEAR:
+                sure.add(one.effect.family)
+    return tuple(
+        replace(one, vibration=both.get(one.effect.name))
+        for one in candidates
+        if one.effect.shaking or one.effect.family not in sure
+    )
 
 
 def families_of(causes: Sequence[Cause], effects: Mapping[str, Effect]) -> set[Family]:
