@@ -12,8 +12,9 @@ from gap.constants import VIBRATION_CLEAR
 from gap.diagnosis.probability import behind_of, vibration_nats_of, weight_of
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import families_of
-from gap.search.look import Selection, Step
-from gap.search.options import Option, fit_option, nats_beyond
+from gap.search.look import Selection
+from gap.search.options import Option, nats_beyond
+from gap.search.replacement import fitted_for, in_its_place, without
 
 
 def settled_by_vibration(
@@ -22,22 +23,18 @@ def settled_by_vibration(
     """Return the selection with an alternative in a cause's place where vibration makes it likelier."""
     left = max(0.0, nats_beyond(evidence, selection.unseen, healthy))
     for at, step in enumerate(selection.steps):
-        causes = selection.fitted.causes
-        taken = families_of((*causes[:at], *causes[at + 1 :]), evidence.effects)
-        likelier = [
-            one
-            for one in step.rivals
-            if one.added.family not in taken and _odds(evidence, one, step.chosen, left) > 1.0
+        taken = families_of(without(selection.fitted.causes, at), evidence.effects)
+        likely = [
+            (_odds(evidence, rival, step.chosen, left), rival)
+            for rival in step.rivals
+            if rival.added.family not in taken
         ]
-        if likelier:
-            rival = max(likelier, key=lambda one: _odds(evidence, one, step.chosen, left))
-            start = (*causes[:at], rival.cause, *causes[at + 1 :])
-            option = fit_option(evidence, rival.added, start, selection.unseen)
-            gained = replace(option.over, nats=step.chosen.over.nats + option.over.nats)
-            others = tuple(one for one in step.rivals if one is not rival)
-            kept = Step(replace(option, over=gained), (step.chosen, *others))
-            steps = (*selection.steps[:at], kept, *selection.steps[at + 1 :])
-            selection = Selection(option.fitted, option.unseen, steps, selection.p)
+        odds, rival = max(likely, key=lambda pair: pair[0], default=(0.0, step.chosen))
+        if odds <= 1.0:
+            continue
+        option = fitted_for(evidence, selection, at, rival)
+        gained = replace(option.over, nats=step.chosen.over.nats + option.over.nats)
+        selection = in_its_place(selection, at, replace(option, over=gained))
     return selection
 
 

@@ -14,9 +14,9 @@ from gap.interfaces import Drive
 from gap.search.candidates import families_of
 from gap.search.cross_validation import CLEAR_ERRORS, advantage, unseen_score
 from gap.search.fit import fit_causes
-from gap.search.look import Selection, Step
-from gap.search.options import fit_option, worth
-from gap.search.replacement import without
+from gap.search.look import Selection
+from gap.search.options import worth
+from gap.search.replacement import fitted_for, in_its_place, without
 
 RIVALS = 2  # of a cause, that are tried in its place
 
@@ -105,18 +105,13 @@ def _changed(comparison: GapEvidence, selection: Selection) -> Iterator[Selectio
     """Yield the selection without each of its causes, and with an alternative that fits as well."""
     for at, step in enumerate(selection.steps):
         yield _left_out(comparison, selection, at)
-        causes = selection.fitted.causes
-        taken = families_of(causes, comparison.evidence.effects)
+        taken = families_of(selection.fitted.causes, comparison.evidence.effects)
         for rival in step.rivals[:RIVALS]:
             if rival.added.family in taken:
                 continue
-            start = (*causes[:at], rival.cause, *causes[at + 1 :])
-            option = fit_option(comparison.evidence, rival.added, start, selection.unseen)
+            option = fitted_for(comparison.evidence, selection, at, rival)
             if -option.over.nats < CLEAR_ERRORS * option.over.error:
-                others = tuple(one for one in step.rivals if one is not rival)
-                kept = Step(option, (step.chosen, *others))
-                steps = (*selection.steps[:at], kept, *selection.steps[at + 1 :])
-                yield Selection(option.fitted, option.unseen, steps, selection.p)
+                yield in_its_place(selection, at, option)
 
 
 def _left_out(comparison: GapEvidence, selection: Selection, at: int) -> Selection:

@@ -12,7 +12,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal, stats
+from scipy import special
 
 from gap.constants import STEADY_SCATTER, VIBRATES_BY, VIBRATES_SCATTER
 from gap.interfaces import Channel
@@ -91,13 +91,23 @@ def vibration_of(
     near = [_near(one, known) for one in own]
     excess = float(np.mean([_excess(one, like) for one, (_, like) in zip(own, near, strict=True)]))
     scatter = math.hypot(STEADY_SCATTER, _scatter(known, max(far for far, _ in near)))
-    steady = stats.t.logpdf(excess / scatter, STEADY_FREE) - math.log(scatter)
     # more than is usual is no sign against it
-    vibrating = stats.norm.logpdf(
-        min(excess, VIBRATES_BY), VIBRATES_BY, math.hypot(VIBRATES_SCATTER, scatter)
-    )
-    chance = float(stats.t.sf(excess / scatter, STEADY_FREE))
-    return ChannelVibration(shaking.channels, excess, float(vibrating - steady), chance)
+    less = min(excess - VIBRATES_BY, 0.0)
+    nats = _log_normal(less, math.hypot(VIBRATES_SCATTER, scatter)) - _log_t(excess, scatter)
+    chance = float(special.stdtr(STEADY_FREE, -excess / scatter))
+    return ChannelVibration(shaking.channels, excess, nats, chance)
+
+
+def _log_normal(value: float, scatter: float) -> float:
+    return -0.5 * (value / scatter) ** 2 - math.log(scatter) - 0.5 * math.log(2.0 * math.pi)
+
+
+def _log_t(value: float, scatter: float) -> float:
+    """Log density of Student's t with the degrees of freedom of the scatter."""
+    more = 0.5 * (STEADY_FREE + 1.0)
+    size = math.lgamma(more) - math.lgamma(0.5 * STEADY_FREE)
+    tail = more * math.log1p((value / scatter) ** 2 / STEADY_FREE)
+    return size - 0.5 * math.log(STEADY_FREE * math.pi) - math.log(scatter) - tail
 
 
 def _runs(
@@ -133,8 +143,9 @@ def _level(part: TrialPart, on: Sequence[int]) -> _Level:
 
 
 def _fast(values: FloatArray) -> FloatArray:
-    sections = signal.butter(ORDER, FAST, "high", fs=1.0, output="sos")
-    return np.asarray(signal.sosfiltfilt(sections, values))
+    from scipy.signal import butter, sosfiltfilt  # a third of a second: as late as it is needed
+
+    return np.asarray(sosfiltfilt(butter(ORDER, FAST, "high", fs=1.0, output="sos"), values))
 
 
 def _excess(one: _Run, known: Sequence[_Run]) -> float:

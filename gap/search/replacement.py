@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 from gap.constants import AHEAD_NATS
 from gap.interfaces import Cause
+from gap.residuals.evidence import Evidence
 from gap.search.at_once import each_of
 from gap.search.candidates import Candidate, families_of
 from gap.search.fit import fit_causes
@@ -38,8 +39,8 @@ def replaced(look: Look, selection: Selection, signatures: Signatures) -> Select
 
 def _better_at(look: Look, selection: Selection, signatures: Signatures, at: int) -> Selection:
     """Return the selection with the best candidate at one place."""
-    step, causes = selection.steps[at], selection.fitted.causes
-    best: tuple[Candidate, Option] | None = None
+    causes = selection.fitted.causes
+    best: Option | None = None
 
     def fitted(other: tuple[Candidate, Cause]) -> Option:
         added, cause = other
@@ -48,15 +49,27 @@ def _better_at(look: Look, selection: Selection, signatures: Signatures, at: int
 
     others = list(_others(look, selection, signatures, at))
     options = each_of(others, fitted, look.evidence.predictor.at_once)
-    for (added, _), option in zip(others, options, strict=True):
+    for option in options:
         ahead = option.over.nats > max(option.over.error, AHEAD_NATS)
-        if ahead and (best is None or option.over.nats > best[1].over.nats):
-            best = added, option
-    if best is None or look.chance(best[1]) >= CAUSE_LEVEL:
+        if ahead and (best is None or option.over.nats > best.over.nats):
+            best = option
+    if best is None or look.chance(best) >= CAUSE_LEVEL:
         return selection
-    added, option = best
+    return in_its_place(selection, at, best)
+
+
+def fitted_for(evidence: Evidence, selection: Selection, at: int, rival: Option) -> Option:
+    """Fit an alternative together with all causes but the one whose place it takes."""
+    causes = selection.fitted.causes
+    start = (*causes[:at], rival.cause, *causes[at + 1 :])
+    return fit_option(evidence, rival.added, start, selection.unseen)
+
+
+def in_its_place(selection: Selection, at: int, option: Option) -> Selection:
+    """Return the selection with an option in a cause's place, which becomes an alternative to it."""
+    step = selection.steps[at]
     rivals = (step.chosen, *step.rivals)
-    rivals = tuple(one for one in rivals if one.added.family != added.family)
+    rivals = tuple(one for one in rivals if one.added.family != option.added.family)
     steps = (*selection.steps[:at], Step(option, rivals), *selection.steps[at + 1 :])
     return Selection(option.fitted, option.unseen, steps, selection.p)
 
