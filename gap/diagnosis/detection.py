@@ -1,8 +1,9 @@
 """Whether there is a gap above what references show, and what size of a cause would have shown.
 
-Two tests share the level: the best candidate's size (``gap.search.healthy_search``), and the energies of
-the trials against those of references, whatever the candidates. Each reference held out shows what their
-chances are worth (``gap.residuals.chances``).
+Two tests: the best candidate's size (``gap.search.healthy_search``), and the energies of the trials against
+those of references, whatever the candidates. Each reference held out shows what their chances are worth
+(``gap.residuals.chances``). Candidates have half of the level; energies have all of it, because with few
+references healthy machines reach it far less often.
 """
 
 from collections.abc import Sequence
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.constants import FALSE_ALARMS, WORTH_NATS
+from gap.constants import ENERGY_LEVEL, FALSE_ALARMS, WORTH_NATS
 from gap.diagnosis.detectable import Detectable
 from gap.residuals.chances import promised
 from gap.residuals.energies import chance_of_energies
@@ -20,15 +21,14 @@ from gap.search.healthy_search import HealthySearch
 from gap.search.options import CAUSE_LEVEL
 from gap.search.screen import Signatures
 
-TESTS = 2  # the best candidate's size, and energies
-
 
 @dataclass(frozen=True, slots=True)
 class Detection:
     """Whether there is a gap.
 
     Attributes:
-        p: Chance of so much without one; NaN without references.
+        p: Chance of so much without one, in units of the level: there is a gap below ``FALSE_ALARMS``; NaN
+            without references.
         p_cause: The same by the best candidate alone, among all that were tried.
         p_energy: By energies alone: the mean over channels, or the worst channel.
         promised: False alarms that these references can promise at most, as a share of healthy cases.
@@ -45,7 +45,7 @@ class Detection:
     @property
     def by_energy(self) -> bool:
         """Whether energies alone show a gap, whatever the candidates."""
-        return TESTS * self.p_energy < FALSE_ALARMS
+        return self.p_energy < ENERGY_LEVEL
 
 
 def detect(evidence: Evidence, healthy: Sequence[Healthy], p_cause: float) -> Detection:
@@ -54,7 +54,8 @@ def detect(evidence: Evidence, healthy: Sequence[Healthy], p_cause: float) -> De
     ``p_cause`` is the chance that a healthy machine shows any candidate as large as the best one.
     """
     p_energy = chance_of_energies(evidence, evidence.base, healthy)
-    p = min(1.0, TESTS * min(p_cause, p_energy))
+    nearest = min(p_cause / CAUSE_LEVEL, p_energy / ENERGY_LEVEL)
+    p = min(1.0, FALSE_ALARMS * nearest)
     rate = promised(FALSE_ALARMS, len(healthy))
     return Detection(p < FALSE_ALARMS, p, p_cause, p_energy, rate, len(healthy))
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from gap.constants import HIDDEN_SHARE, LEAST_SHARE, OPEN_LEVEL, REST_SHARE
+from gap.constants import ENERGY_LEVEL, HIDDEN_SHARE, LEAST_SHARE, OPEN_LEVEL, REST_SHARE
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
@@ -133,7 +133,7 @@ class Look:
         if self.known is None:
             return 1.0
         left = chance_of_energies(self.evidence, residual, self.known.each)
-        return OPEN_LEVEL if left < CAUSE_LEVEL else CAUSE_LEVEL
+        return OPEN_LEVEL if left < ENERGY_LEVEL else CAUSE_LEVEL
 
     def one_more(
         self, selection: Selection, signatures: Signatures
