@@ -10,13 +10,19 @@ import numpy as np
 from gaits.gait import TURN, Gait
 from model.values.arrays import FloatArray, IntArray, readonly
 
-# Peak speed of a move and its shortest duration; far inside what the servo can do.
+# Peak speed of a move, and the share of the servo's limit that it keeps to if that is slower.
 MOVE_SPEED_RAD_S = 2.0
+MOVE_SHARE = 0.5
 SHORTEST_MOVE_S = 0.3
 QUINTIC_PEAK = 1.875  # peak speed of the quintic over its mean speed
 # A shaft further than this from mid-stance holds its foot in the air.
 AIR_RAD = np.pi / 2
 SMALLEST_MOVE_RAD = 1e-9
+
+
+def move_speed(max_speed: float) -> float:
+    """Return the peak speed of moves for servos of which gaits may ask so much at most, both in rad/s."""
+    return min(MOVE_SPEED_RAD_S, MOVE_SHARE * max_speed)
 
 
 def quintic(x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -54,7 +60,7 @@ class LegMoves:
 
     @staticmethod
     def sequence(
-        t_ns: int, begin_rad: FloatArray, end_rad: FloatArray, order: IntArray
+        t_ns: int, begin_rad: FloatArray, end_rad: FloatArray, order: IntArray, peak_rad_s: float
     ) -> "LegMoves":
         """Move legs one after the other.
 
@@ -63,6 +69,7 @@ class LegMoves:
             begin_rad: Angles now, (N,).
             end_rad: Angles wanted, (N,).
             order: Legs in the order in which they move, (N,).
+            peak_rad_s: Highest speed of a shaft; see ``move_speed``.
         """
         starts = np.full(len(begin_rad), t_ns, dtype=np.int64)
         stops = starts.copy()
@@ -71,14 +78,14 @@ class LegMoves:
             change = abs(float(end_rad[leg] - begin_rad[leg]))
             starts[leg] = now
             if change > SMALLEST_MOVE_RAD:
-                now += round(max(SHORTEST_MOVE_S, QUINTIC_PEAK * change / MOVE_SPEED_RAD_S) * 1e9)
+                now += round(max(SHORTEST_MOVE_S, QUINTIC_PEAK * change / peak_rad_s) * 1e9)
             stops[leg] = now
         return LegMoves(
             readonly(begin_rad.copy()), readonly(end_rad.copy()), readonly(starts), readonly(stops)
         )
 
     @staticmethod
-    def stand(t_ns: int, angle_rad: FloatArray) -> "LegMoves":
+    def stand(t_ns: int, angle_rad: FloatArray, peak_rad_s: float) -> "LegMoves":
         """Come to stand on all feet: every shaft to mid-stance.
 
         Feet in the air come down first, going on forward as in a step; then the feet on the ground
@@ -90,10 +97,10 @@ class LegMoves:
         forward = np.where(offset > 0, short + TURN, short)
         target = np.where(in_air, forward, short)
         order = np.lexsort((-np.abs(offset), ~in_air))
-        return LegMoves.sequence(t_ns, angle_rad, target, order)
+        return LegMoves.sequence(t_ns, angle_rad, target, order, peak_rad_s)
 
     @staticmethod
-    def start(t_ns: int, gait: Gait, angle_rad: FloatArray) -> "LegMoves":
+    def start(t_ns: int, gait: Gait, angle_rad: FloatArray, peak_rad_s: float) -> "LegMoves":
         """Move to the pose a gait begins with, the short way round.
 
         Legs that begin on the ground go first, so that they carry when the others lift.
@@ -102,7 +109,7 @@ class LegMoves:
         target = angle_rad + _wrap(pose - angle_rad)
         in_air = np.abs(_wrap(pose)) > AIR_RAD
         order = np.lexsort((np.arange(len(pose)), in_air))
-        return LegMoves.sequence(t_ns, angle_rad, target, order)
+        return LegMoves.sequence(t_ns, angle_rad, target, order, peak_rad_s)
 
 
 def _wrap(angle_rad: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ import numpy as np
 
 from gaits.gait import Gait
 from gaits.limits import frequency_limit
-from gaits.moves import LegMoves
+from gaits.moves import LegMoves, move_speed
 from gaits.plan import Hold, Plan, Walking
 from model.values.arrays import BoolArray, FloatArray
 from model.values.faults import StopReason
@@ -76,16 +76,19 @@ class GaitBook:
     Attributes:
         gaits: By name.
         frequency_limits: Highest frequency that the servos can follow, by name [Hz].
+        move_speed_rad_s: Peak speed of a shaft where legs move one at a time.
     """
 
     gaits: Mapping[str, Gait]
     frequency_limits: Mapping[str, float]
+    move_speed_rad_s: float
 
     @staticmethod
     def of(gaits: Sequence[Gait], servo: ServoParameters) -> "GaitBook":
         """Return the book of some gaits on a robot with these servos."""
         limits = {gait.name: frequency_limit(gait, servo) for gait in gaits}
-        return GaitBook({gait.name: gait for gait in gaits}, limits)
+        by_name = {gait.name: gait for gait in gaits}
+        return GaitBook(by_name, limits, move_speed(servo.max_speed))
 
     def refuses(self, request: Request) -> bool:
         """Whether a request to walk cannot be followed."""
@@ -112,7 +115,7 @@ def advance(phase: Phase, now: Situation, book: GaitBook) -> Phase:
         angle = np.where(now.resume, now.angle_rad, _planned(phase, now.t_ns))
         return Phase(Mode.ARMED, Hold(angle), None, reason)
     if reason is not StopReason.NONE or now.request.intent is not Intent.WALK:
-        return _come_to_rest(phase, now)
+        return _come_to_rest(phase, now, book)
     return _towards_walking(phase, now, book)
 
 
@@ -150,7 +153,7 @@ def _halt(phase: Phase, now: Situation) -> Phase:
     return Phase(Mode.HOLD, Hold(_planned(phase, now.t_ns)), phase.gait, phase.stop_reason)
 
 
-def _come_to_rest(phase: Phase, now: Situation) -> Phase:
+def _come_to_rest(phase: Phase, now: Situation, book: GaitBook) -> Phase:
     t_ns, reason = now.t_ns, phase.stop_reason
     if phase.mode is Mode.HOLD:
         return phase
@@ -164,7 +167,7 @@ def _come_to_rest(phase: Phase, now: Situation) -> Phase:
             return phase
         return Phase(Mode.HOLD, Hold(_planned(phase, t_ns)), phase.gait, reason)
     angle = _planned(phase, t_ns)
-    moves = LegMoves.stand(t_ns, angle)
+    moves = LegMoves.stand(t_ns, angle, book.move_speed_rad_s)
     return Phase(Mode.SETTLE, moves, phase.gait, reason)
 
 
@@ -182,9 +185,11 @@ def _towards_walking(phase: Phase, now: Situation, book: GaitBook) -> Phase:
         return phase
     angle = _planned(phase, t_ns)
     if phase.mode is Mode.ARMED and not _standing(angle):
-        return Phase(Mode.START, LegMoves.stand(t_ns, angle), None, StopReason.NONE)
+        stand = LegMoves.stand(t_ns, angle, book.move_speed_rad_s)
+        return Phase(Mode.START, stand, None, StopReason.NONE)
     if not _at_start(gait, angle):
-        return Phase(Mode.START, LegMoves.start(t_ns, gait, angle), gait, StopReason.NONE)
+        start = LegMoves.start(t_ns, gait, angle, book.move_speed_rad_s)
+        return Phase(Mode.START, start, gait, StopReason.NONE)
     walking = Walking.begin(t_ns, gait, angle, request.frequency_hz)
     return Phase(Mode.WALK, walking, gait, StopReason.NONE)
 

@@ -102,20 +102,20 @@ def test_slowing_comes_to_a_stop_in_half_a_second_at_the_papers_frequency() -> N
     assert plan.at(5500 * MS)[0] == pytest.approx(plan.at(9000 * MS)[0])
 
 
-@given(angles, angles)
-def test_one_leg_moves_at_a_time(begin: np.ndarray, end: np.ndarray) -> None:
-    moves = LegMoves.sequence(0, begin, end, np.arange(6))
+@given(angles, angles, st.floats(0.2, 4.0))
+def test_one_leg_moves_at_a_time(begin: np.ndarray, end: np.ndarray, peak: float) -> None:
+    moves = LegMoves.sequence(0, begin, end, np.arange(6), peak)
     for t_ns in np.linspace(0, moves.end_ns, 300).astype(int):
         _, rate = moves.at(int(t_ns))
         assert (np.abs(rate) > 1e-9).sum() <= 1
-        assert np.abs(rate).max() <= MOVE_SPEED_RAD_S * 1.001
+        assert np.abs(rate).max() <= peak * 1.001
     assert moves.at(0)[0] == pytest.approx(begin)
     assert moves.at(moves.end_ns)[0] == pytest.approx(end, abs=SMALLEST_MOVE_RAD)
 
 
 @given(angles)
 def test_standing_brings_the_feet_in_the_air_down_first_and_forward(begin: np.ndarray) -> None:
-    moves = LegMoves.stand(0, begin)
+    moves = LegMoves.stand(0, begin, MOVE_SPEED_RAD_S)
     end, _ = moves.at(moves.end_ns)
     assert np.cos(end) == pytest.approx(np.ones(6)), "mid-stance, up to whole turns"
     offset = np.remainder(begin + np.pi, TURN) - np.pi
@@ -133,7 +133,7 @@ def test_standing_brings_the_feet_in_the_air_down_first_and_forward(begin: np.nd
 @given(begin=angles)
 def test_the_start_pose_is_reached_the_short_way(name: str, begin: np.ndarray) -> None:
     gait = GAITS[name]
-    moves = LegMoves.start(0, gait, begin)
+    moves = LegMoves.start(0, gait, begin, MOVE_SPEED_RAD_S)
     end, rate = moves.at(moves.end_ns)
     pose = gait.motion(gait.start_phase, 0.0).angle_rad
     assert np.cos(end - pose) == pytest.approx(np.ones(6))

@@ -54,7 +54,7 @@ def test_a_loop_that_stood_still_while_torque_went_on_says_for_how_long() -> Non
 @pytest.mark.parametrize("reason", REASONS)
 def test_an_emergency_stop_is_latched(reason: StopReason) -> None:
     limp = Phase(Mode.LIMP, None, None, StopReason.EMERGENCY)
-    book = GaitBook({}, {})
+    book = GaitBook({}, {}, 2.0)
     for intent in (Intent.WALK, Intent.STAND, Intent.STOP):
         now = Situation(10**9, wish(intent), reason, np.zeros(6), armed=True)
         after = advance(limp, now, book)
