@@ -3,26 +3,49 @@
 Only one shaft turns at any moment, so at most one foot is dragged and the others carry the robot.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from gaits.gait import TURN, Gait
 from model.values.arrays import FloatArray, IntArray, readonly
+from model.values.parameters import ServoParameters
 
 # Peak speed of a move, and the share of the servo's limit that it keeps to if that is slower.
 MOVE_SPEED_RAD_S = 2.0
 MOVE_SHARE = 0.5
 SHORTEST_MOVE_S = 0.3
 QUINTIC_PEAK = 1.875  # peak speed of the quintic over its mean speed
+QUINTIC_BEND = 10 / math.sqrt(3)  # its peak acceleration for a change of 1 rad in 1 s
 # A shaft further than this from mid-stance holds its foot in the air.
 AIR_RAD = np.pi / 2
 SMALLEST_MOVE_RAD = 1e-9
 
 
-def move_speed(max_speed: float) -> float:
-    """Return the peak speed of moves for servos of which gaits may ask so much at most, both in rad/s."""
-    return min(MOVE_SPEED_RAD_S, MOVE_SHARE * max_speed)
+@dataclass(frozen=True, slots=True)
+class MovePace:
+    """How fast legs move to their places.
+
+    Attributes:
+        speed_rad_s: Peak speed of a shaft.
+        acceleration_rad_s2: Its peak acceleration.
+    """
+
+    speed_rad_s: float
+    acceleration_rad_s2: float
+
+    @staticmethod
+    def of(servo: ServoParameters) -> "MovePace":
+        """Return the pace of a robot's servos, well within what gaits may ask of them."""
+        speed = min(MOVE_SPEED_RAD_S, MOVE_SHARE * servo.max_speed)
+        return MovePace(speed, servo.max_acceleration)
+
+    def duration_s(self, change_rad: float) -> float:
+        """Return how long a move by so much takes."""
+        by_speed = QUINTIC_PEAK * change_rad / self.speed_rad_s
+        by_acceleration = math.sqrt(QUINTIC_BEND * change_rad / self.acceleration_rad_s2)
+        return max(SHORTEST_MOVE_S, by_speed, by_acceleration)
 
 
 def quintic(x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -60,7 +83,7 @@ class LegMoves:
 
     @staticmethod
     def sequence(
-        t_ns: int, begin_rad: FloatArray, end_rad: FloatArray, order: IntArray, peak_rad_s: float
+        t_ns: int, begin_rad: FloatArray, end_rad: FloatArray, order: IntArray, pace: MovePace
     ) -> "LegMoves":
         """Move legs one after the other.
 
@@ -69,7 +92,7 @@ class LegMoves:
             begin_rad: Angles now, (N,).
             end_rad: Angles wanted, (N,).
             order: Legs in the order in which they move, (N,).
-            peak_rad_s: Highest speed of a shaft; see ``move_speed``.
+            pace: How fast.
         """
         starts = np.full(len(begin_rad), t_ns, dtype=np.int64)
         stops = starts.copy()
@@ -78,14 +101,14 @@ class LegMoves:
             change = abs(float(end_rad[leg] - begin_rad[leg]))
             starts[leg] = now
             if change > SMALLEST_MOVE_RAD:
-                now += round(max(SHORTEST_MOVE_S, QUINTIC_PEAK * change / peak_rad_s) * 1e9)
+                now += round(pace.duration_s(change) * 1e9)
             stops[leg] = now
         return LegMoves(
             readonly(begin_rad.copy()), readonly(end_rad.copy()), readonly(starts), readonly(stops)
         )
 
     @staticmethod
-    def stand(t_ns: int, angle_rad: FloatArray, peak_rad_s: float) -> "LegMoves":
+    def stand(t_ns: int, angle_rad: FloatArray, pace: MovePace) -> "LegMoves":
         """Come to stand on all feet: every shaft to mid-stance.
 
         Feet in the air come down first, going on forward as in a step; then the feet on the ground
@@ -97,10 +120,10 @@ class LegMoves:
         forward = np.where(offset > 0, short + TURN, short)
         target = np.where(in_air, forward, short)
         order = np.lexsort((-np.abs(offset), ~in_air))
-        return LegMoves.sequence(t_ns, angle_rad, target, order, peak_rad_s)
+        return LegMoves.sequence(t_ns, angle_rad, target, order, pace)
 
     @staticmethod
-    def start(t_ns: int, gait: Gait, angle_rad: FloatArray, peak_rad_s: float) -> "LegMoves":
+    def start(t_ns: int, gait: Gait, angle_rad: FloatArray, pace: MovePace) -> "LegMoves":
         """Move to the pose a gait begins with, the short way round.
 
         Legs that begin on the ground go first, so that they carry when the others lift.
@@ -109,7 +132,7 @@ class LegMoves:
         target = angle_rad + _wrap(pose - angle_rad)
         in_air = np.abs(_wrap(pose)) > AIR_RAD
         order = np.lexsort((np.arange(len(pose)), in_air))
-        return LegMoves.sequence(t_ns, angle_rad, target, order, peak_rad_s)
+        return LegMoves.sequence(t_ns, angle_rad, target, order, pace)
 
 
 def _wrap(angle_rad: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ import numpy as np
 
 from gaits.gait import Gait
 from gaits.limits import frequency_limit
-from gaits.moves import LegMoves, move_speed
+from gaits.moves import LegMoves, MovePace
 from gaits.plan import Hold, Plan, Walking
 from model.values.arrays import BoolArray, FloatArray
 from model.values.faults import StopReason
@@ -76,19 +76,19 @@ class GaitBook:
     Attributes:
         gaits: By name.
         frequency_limits: Highest frequency that the servos can follow, by name [Hz].
-        move_speed_rad_s: Peak speed of a shaft where legs move one at a time.
+        pace: How fast legs move where they move one at a time.
     """
 
     gaits: Mapping[str, Gait]
     frequency_limits: Mapping[str, float]
-    move_speed_rad_s: float
+    pace: MovePace
 
     @staticmethod
     def of(gaits: Sequence[Gait], servo: ServoParameters) -> "GaitBook":
         """Return the book of some gaits on a robot with these servos."""
         limits = {gait.name: frequency_limit(gait, servo) for gait in gaits}
         by_name = {gait.name: gait for gait in gaits}
-        return GaitBook(by_name, limits, move_speed(servo.max_speed))
+        return GaitBook(by_name, limits, MovePace.of(servo))
 
     def refuses(self, request: Request) -> bool:
         """Whether a request to walk cannot be followed."""
@@ -167,7 +167,7 @@ def _come_to_rest(phase: Phase, now: Situation, book: GaitBook) -> Phase:
             return phase
         return Phase(Mode.HOLD, Hold(_planned(phase, t_ns)), phase.gait, reason)
     angle = _planned(phase, t_ns)
-    moves = LegMoves.stand(t_ns, angle, book.move_speed_rad_s)
+    moves = LegMoves.stand(t_ns, angle, book.pace)
     return Phase(Mode.SETTLE, moves, phase.gait, reason)
 
 
@@ -185,10 +185,10 @@ def _towards_walking(phase: Phase, now: Situation, book: GaitBook) -> Phase:
         return phase
     angle = _planned(phase, t_ns)
     if phase.mode is Mode.ARMED and not _standing(angle):
-        stand = LegMoves.stand(t_ns, angle, book.move_speed_rad_s)
+        stand = LegMoves.stand(t_ns, angle, book.pace)
         return Phase(Mode.START, stand, None, StopReason.NONE)
     if not _at_start(gait, angle):
-        start = LegMoves.start(t_ns, gait, angle, book.move_speed_rad_s)
+        start = LegMoves.start(t_ns, gait, angle, book.pace)
         return Phase(Mode.START, start, gait, StopReason.NONE)
     walking = Walking.begin(t_ns, gait, angle, request.frequency_hz)
     return Phase(Mode.WALK, walking, gait, StopReason.NONE)

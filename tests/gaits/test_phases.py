@@ -13,7 +13,7 @@ from gaits.catalog import gait_names, make_gait, make_gaits
 from gaits.cubic import CubicClock
 from gaits.gait import STEER_GAIN, TURN
 from gaits.limits import STEERING, gait_peaks
-from gaits.moves import AIR_RAD, MOVE_SPEED_RAD_S, LegMoves
+from gaits.moves import AIR_RAD, LegMoves, MovePace
 from model.errors import ConfigError
 from model.values.parameters import BuehlerParameters, CubicParameters
 from robot.config.robot_file import load_robot
@@ -137,7 +137,7 @@ def test_between_two_gaits_the_feet_of_one_of_them_carry(
     """While legs move from where one gait stopped to where another begins, one pose's feet are all down."""
     gaits = {gait.name: gait for gait in make_gaits(OCTOPOD)}
     begin = gaits[before].motion(stopped + turns, 0.0).angle_rad
-    moves = LegMoves.start(0, gaits[after], begin, MOVE_SPEED_RAD_S)
+    moves = LegMoves.start(0, gaits[after], begin, MovePace.of(OCTOPOD.servo))
     down_before, down_after = _down(begin), _down(moves.end_rad)
     for t_ns in np.linspace(0, moves.end_ns, 120).astype(int):
         now = _down(moves.at(int(t_ns))[0])

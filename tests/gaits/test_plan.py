@@ -7,12 +7,13 @@ from hypothesis import strategies as st
 
 from gaits.catalog import make_gait
 from gaits.gait import TURN
-from gaits.moves import AIR_RAD, MOVE_SPEED_RAD_S, SMALLEST_MOVE_RAD, LegMoves
+from gaits.moves import AIR_RAD, SMALLEST_MOVE_RAD, LegMoves, MovePace
 from gaits.plan import Hold, Ramp, Walking
 from robot.config.robot_file import load_robot
 
 ROBOT = load_robot().parameters
 GAITS = {name: make_gait(name, ROBOT) for name in ("tripod", "metachronal")}
+PACE = MovePace.of(ROBOT.servo)
 MS = 1_000_000
 angles = st.lists(st.floats(-30, 30), min_size=6, max_size=6).map(np.array)
 
@@ -102,11 +103,16 @@ def test_slowing_comes_to_a_stop_in_half_a_second_at_the_papers_frequency() -> N
     assert plan.at(5500 * MS)[0] == pytest.approx(plan.at(9000 * MS)[0])
 
 
-@given(angles, angles, st.floats(0.2, 4.0))
-def test_one_leg_moves_at_a_time(begin: np.ndarray, end: np.ndarray, peak: float) -> None:
-    moves = LegMoves.sequence(0, begin, end, np.arange(6), peak)
-    for t_ns in np.linspace(0, moves.end_ns, 300).astype(int):
-        _, rate = moves.at(int(t_ns))
+@given(angles, angles, st.floats(0.2, 4.0), st.floats(1.0, 60.0))
+def test_one_leg_moves_at_a_time_within_the_servos_limits(
+    begin: np.ndarray, end: np.ndarray, peak: float, most: float
+) -> None:
+    moves = LegMoves.sequence(0, begin, end, np.arange(6), MovePace(peak, most))
+    times = np.linspace(0, moves.end_ns, 300).astype(int)
+    rates = np.array([moves.at(int(t_ns))[1] for t_ns in times])
+    gained = np.abs(np.diff(rates, axis=0))
+    assert (gained <= 1.001 * most * 1e-9 * np.diff(times)[:, None] + 1e-9).all()
+    for rate in rates:
         assert (np.abs(rate) > 1e-9).sum() <= 1
         assert np.abs(rate).max() <= peak * 1.001
     assert moves.at(0)[0] == pytest.approx(begin)
@@ -115,7 +121,7 @@ def test_one_leg_moves_at_a_time(begin: np.ndarray, end: np.ndarray, peak: float
 
 @given(angles)
 def test_standing_brings_the_feet_in_the_air_down_first_and_forward(begin: np.ndarray) -> None:
-    moves = LegMoves.stand(0, begin, MOVE_SPEED_RAD_S)
+    moves = LegMoves.stand(0, begin, PACE)
     end, _ = moves.at(moves.end_ns)
     assert np.cos(end) == pytest.approx(np.ones(6)), "mid-stance, up to whole turns"
     offset = np.remainder(begin + np.pi, TURN) - np.pi
@@ -133,7 +139,7 @@ def test_standing_brings_the_feet_in_the_air_down_first_and_forward(begin: np.nd
 @given(begin=angles)
 def test_the_start_pose_is_reached_the_short_way(name: str, begin: np.ndarray) -> None:
     gait = GAITS[name]
-    moves = LegMoves.start(0, gait, begin, MOVE_SPEED_RAD_S)
+    moves = LegMoves.start(0, gait, begin, PACE)
     end, rate = moves.at(moves.end_ns)
     pose = gait.motion(gait.start_phase, 0.0).angle_rad
     assert np.cos(end - pose) == pytest.approx(np.ones(6))

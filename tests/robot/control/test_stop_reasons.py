@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gaits.moves import MovePace
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.tick import Intent, Mode
 from record.log.tick_message import decode_tick, encode_tick
@@ -54,7 +55,7 @@ def test_a_loop_that_stood_still_while_torque_went_on_says_for_how_long() -> Non
 @pytest.mark.parametrize("reason", REASONS)
 def test_an_emergency_stop_is_latched(reason: StopReason) -> None:
     limp = Phase(Mode.LIMP, None, None, StopReason.EMERGENCY)
-    book = GaitBook({}, {}, 2.0)
+    book = GaitBook({}, {}, MovePace(2.0, 60.0))
     for intent in (Intent.WALK, Intent.STAND, Intent.STOP):
         now = Situation(10**9, wish(intent), reason, np.zeros(6), armed=True)
         after = advance(limp, now, book)
