@@ -27,6 +27,7 @@ class Detection:
     """Whether there is a gap.
 
     Attributes:
+        below: Whether either chance is below its level.
         p: Chance of so much without one, in units of the level: there is a gap below ``FALSE_ALARMS``; NaN
             without references.
         p_cause: The same by the best candidate alone, among all that were tried.
@@ -35,7 +36,7 @@ class Detection:
         references: How many there are.
     """
 
-    each: bool
+    below: bool
     p: float
     p_cause: float
     p_energy: float

@@ -207,7 +207,9 @@ def _diagnosis(
             comparison.signatures, known.search if known else None, len(study.fitted)
         ),
         next=runs,
-        warnings=tuple(warnings_of(study, faults, len(evidence.starts), answer.named, far)),
+        warnings=tuple(
+            warnings_of(study, faults, len(evidence.starts), answer.named, far, answer.detection)
+        ),
         predictions=study.predictor.count,
         seed=seed,
     )

@@ -124,6 +124,7 @@ def warnings_of(
     blocks: int,
     named: Sequence[NamedCause],
     far: HowFar,
+    detection: Detection | None,
 ) -> Iterator[str]:
     """Return what limits the diagnosis, one sentence each; ``blocks`` is how many there are to fit to."""
     references, fitted = len(study.references), {part.trial for part in study.fitted}
@@ -149,6 +150,11 @@ def warnings_of(
         yield (
             "end to end, from commands alone, held-out runs are predicted worse with a named cause; it "
             "is named because they are predicted better where each stage is fed with measurements"
+        )
+    if detection is not None and detection.below and not named and not detection.by_energy:
+        yield (
+            "a cause fitted to these runs is larger than in the references, but held-out runs are "
+            "predicted worse with it: no gap is reported; record more runs if you suspect one"
         )
     for one in named:
         place = place_words(one.effect, one.joints)

@@ -9,8 +9,11 @@ import pytest
 from scipy import stats
 
 from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.detection import Detection
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis, Verdict
+from gap.diagnosis.study import make_study
+from gap.diagnosis.verdict import warnings_of
 from gap.interfaces import Cause, Scope
 from gap.residuals.pool import prediction_pool
 from model.errors import GapError
@@ -103,6 +106,18 @@ def _false_alarms(count: int) -> int:
         known = toy_references(10 + seed, seconds=8.0, wander=0.01)
         alarms += diagnose(trials, Toy(), known, seed=seed).verdict is not Verdict.NO_GAP
     return alarms
+
+
+def test_a_cause_that_held_out_runs_speak_against_is_no_gap_and_said() -> None:
+    trials, known = toy_case(seed=10, wander=0.01), toy_references(10, wander=0.01)
+    d = diagnose(trials, Toy(), known)
+    assert d.verdict is Verdict.NO_GAP
+    study = make_study(trials, Toy(), known)
+    shown = Detection(True, 0.02, 0.01, 0.6, 0.14, 6)
+    (said,) = set(warnings_of(study, (), 50, (), d.far, shown)) - set(
+        warnings_of(study, (), 50, (), d.far, d.detection)
+    )
+    assert "held-out runs are predicted worse" in said
 
 
 @pytest.mark.parametrize("sets", soaked((12, 300), lambda sets: sets < 300, mark=THOROUGH))
