@@ -22,7 +22,7 @@ def read_chain(table: Table, legs: int) -> ChainParameters:
     Raises:
         ConfigError: A key is missing or wrong, or joints and feet do not make legs.
     """
-    joints = table.texts("joints")
+    joints = table.part_names("joints")
     count = len(joints)
     if count == 0:
         raise ConfigError(table.name("joints"), "is empty; a leg needs a joint")

@@ -65,7 +65,7 @@ def read_leg_names(table: Table) -> tuple[str, ...]:
     Raises:
         ConfigError: They are missing, or too few.
     """
-    names = table.texts("order")
+    names = table.part_names("order")
     if len(names) < FEWEST_LEGS:
         raise ConfigError(table.name("order"), f"needs three legs or more, not {len(names)}")
     return names

@@ -10,6 +10,7 @@ import numpy as np
 
 from model.errors import ConfigError
 from model.values.arrays import FloatArray, IntArray, readonly
+from model.values.machine_names import PART_NAME
 
 DEEPEST = 50  # tables in tables; a robot file has three
 
@@ -150,6 +151,17 @@ class Table:
         if len(set(value)) != len(value):
             raise ConfigError(self.name(key), f"names must differ from each other: {value!r}")
         return tuple(value)
+
+    def part_names(self, key: str) -> tuple[str, ...]:
+        """Return a list of names of legs or joints, which stand in columns of tables and in topics too."""
+        names = self.texts(key)
+        for name in names:
+            if not PART_NAME.fullmatch(name):
+                raise ConfigError(
+                    self.name(key),
+                    f"{name!r} is no name of a leg or joint; use letters, digits and _",
+                )
+        return names
 
     def number(
         self,

@@ -3,7 +3,11 @@
 A leg with one joint has one name for both. Where a leg has several, each of them has its own.
 """
 
+import re
 from typing import NamedTuple
+
+# Names stand in those of columns and topics: no spaces, slashes, quotes.
+PART_NAME = re.compile(r"\w[\w.-]*")
 
 
 class MachineNames(NamedTuple):

@@ -9,7 +9,7 @@ from typing import Any
 
 from model.errors import RecordError
 from model.parameters.tables import CHAIN
-from model.values.machine_names import MachineNames
+from model.values.machine_names import PART_NAME, MachineNames
 
 LEGGED, SERVO_BENCH, SLIDING_BODY, MJCF = "legged", "servo_bench", "sliding_body", "mjcf"
 # Machine's files that are no TOML of ours, by their suffix.
@@ -21,8 +21,6 @@ _JOINT_OF_COLUMN = re.compile(
 _LEG_OF_COLUMN = re.compile(r"foot_(.+)_[xyz]_m|force_(.+)_[xyz]_n")
 _KIND = re.compile(r"[a-z]\w*")
 Condition = str | float
-# Names of joints stand in the names of columns and topics.
-_JOINT_NAME = re.compile(r"\w[\w.-]*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +122,7 @@ def check_joints(joints: tuple[str, ...], path: Path) -> tuple[str, ...]:
         RecordError: One is no name, or two are the same.
     """
     for name in joints:
-        if not _JOINT_NAME.fullmatch(name):
+        if not PART_NAME.fullmatch(name):
             raise RecordError(
                 f"{path}: {name!r} is no name of a leg or joint; use letters, digits and _"
             )

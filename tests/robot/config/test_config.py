@@ -37,6 +37,8 @@ def test_every_assumed_value_is_marked() -> None:
         ("mass = 6.5 ", "mass = -6.5 ", r"body\.mass: must be above 0"),
         ("mass = 6.5 ", "mass = nan ", r"body\.mass: must be finite"),
         ("mass = 6.5 ", "weight = 6.5 ", r"body\.mass: is missing"),
+        ('["HL", "ML", ', '["hind left", "ML", ', r"legs\.order: 'hind left' is no name of a leg"),
+        ('["HL", "ML", ', '["legs/HL", "ML", ', r"legs\.order: 'legs/HL' is no name of a leg"),
         ("mass = 6.5 ", "mass = 6.5\nmas = 1 ", r"body\.mas: is not a known key"),
         ("[0.10, 0.14, 0.22]", "[0.10, 0.14, 0.30]", r"body\.inertia: no rigid body"),
         (
