@@ -25,6 +25,11 @@ from sim_hw.plant.structure import HARD_CONTACT, REGISTER_LOOP, ContactForm, Ser
 CLEARANCE_M = 0.03
 # Side springs are damped to this share of critical on the foot's mass; assumed.
 SIDE_DAMPING_RATIO = 0.5
+SIDE_SHARE = 12.0  # stiffness of a leg sideways over that of its vertical spring; assumed
+TIME_STEP_S, SUBSTEPS = 0.001, 2  # of firmware and records; of physics in each
+STEP_S = TIME_STEP_S / SUBSTEPS
+# Natural frequency of a foot on its leg, times the step; beyond 1.1 a standing robot trembles.
+FOLLOWED = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -320,16 +325,28 @@ class PlantParameters:
     disturbance: Disturbance = field(default_factory=Disturbance)
     contact: ContactForm = HARD_CONTACT
     clearance: float = CLEARANCE_M
-    time_step_s: float = 0.001
-    substeps: int = 2
+    time_step_s: float = TIME_STEP_S
+    substeps: int = SUBSTEPS
     servo_substeps: int = 2
     gravity: float = 9.80665
 
     @staticmethod
     def nominal(robot: RobotParameters) -> "PlantParameters":
-        """Return a plant with the geometry, springs and friction of a robot file."""
+        """Return a plant with the geometry, springs and friction of a robot file.
+
+        Raises:
+            ConfigError: A leg's spring is so stiff that the steps of physics cannot follow it.
+        """
         legs = robot.legs.count
         stiffness = robot.contact.stiffness.copy()
+        foot_mass = min(0.05, 0.04 * robot.body.mass / legs)
+        most = foot_mass * (FOLLOWED / STEP_S) ** 2
+        if stiffness.max() > most:
+            raise ConfigError(
+                "contact.stiffness",
+                f"{stiffness.max():g} N/m is more than the virtual robot can follow in steps of "
+                f"{1e3 * STEP_S:g} ms; give at most {most:.2g} N/m (legs give by millimetres)",
+            )
         return PlantParameters(
             mass=robot.body.mass,
             inertia=robot.body.inertia.copy(),
@@ -337,7 +354,7 @@ class PlantParameters:
             leg=plant_legs(robot.leg, legs),
             stiffness=stiffness,
             damping=0.1 * np.sqrt(stiffness * robot.body.mass / 3),
-            side_stiffness=np.tile(12.0 * stiffness[:, None], 2),
+            side_stiffness=np.tile(np.minimum(SIDE_SHARE * stiffness, most)[:, None], 2),
             hardening=np.zeros(legs),
             leg_offset=np.zeros(legs),
             leg_play=np.zeros(legs),
@@ -349,7 +366,7 @@ class PlantParameters:
                 adhesion=np.zeros(legs),
             ),
             ground=GroundParameters(np.zeros(2), np.full(legs, np.inf)),
-            foot_mass=min(0.05, 0.04 * robot.body.mass / legs),
+            foot_mass=foot_mass,
             motors=tuple(
                 MotorParameters.of(MODEL_BY_NAME[name].ratings, robot.servo.supply_voltage)
                 for name in robot.servo.models

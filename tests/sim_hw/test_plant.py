@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from model.errors import ConfigError
 from robot.config.robot_file import load_robot
 from sim_hw.plant.leg_path import foot_path
 from sim_hw.plant.motor import friction_budget, motor_row, warmed
@@ -31,6 +32,26 @@ def test_it_weighs_what_the_robot_weighs() -> None:
     assert force[:, 2].sum() == pytest.approx(WEIGHT, rel=1e-4)
     assert np.abs(force[:, :2].sum(axis=0)).max() < 1e-3 * WEIGHT
     assert plant.truth(0).contact.all()
+
+
+def _stiff(n_per_m: float) -> PlantParameters:
+    robot = load_robot().parameters
+    contact = replace(robot.contact, stiffness=np.full(6, n_per_m))
+    return PlantParameters.nominal(replace(robot, contact=contact))
+
+
+@pytest.mark.parametrize("n_per_m", [1e4, 2e4, 1.1e5])
+def test_stiff_legs_stand_still(n_per_m: float) -> None:
+    """From 15 kN/m on they used to tremble by 10 mm/s, because physics could not follow them sideways."""
+    plant = Plant(_stiff(n_per_m))
+    hold(plant, 2.0)
+    assert plant.truth(0).foot_force_B[:, 2].sum() == pytest.approx(WEIGHT, rel=1e-4)
+    assert np.abs(plant.truth(0).velocity_B).max() < 1e-4
+
+
+def test_legs_stiffer_than_physics_can_follow_are_refused() -> None:
+    with pytest.raises(ConfigError, match=r"1e\+06 N/m is more than .* give at most 1\.7e\+05 N/m"):
+        _stiff(1e6)
 
 
 def test_moments_balance_about_the_centre_of_mass() -> None:
