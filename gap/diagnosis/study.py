@@ -52,6 +52,12 @@ class Study:
         """The trials without the references."""
         return self.predictor.trials[: len(self.predictor.trials) - len(self.references)]
 
+    @property
+    def fitted_share(self) -> float:
+        """Share of each trial, from its start, that is fitted to; 1 where whole trials judge."""
+        ends = {part.trial: part.last for part in self.held}
+        return min([1.0, *(p.last / ends[p.trial] for p in self.fitted if p.trial in ends)])
+
     @cached_property
     def local(self) -> Drive:
         """What feeds the stages where each is compared by itself."""
@@ -122,7 +128,8 @@ class Study:
         )
         own = list(zip(self.fitted, errors(self.predictor, self.fitted, drive), strict=True))
         floor = make_floor(channels, known, own)
-        healthy = healthy_runs(channels, known, [part.condition for part in self.fitted])
+        conditions = [part.condition for part in self.fitted]
+        healthy = healthy_runs(channels, known, conditions, self.fitted_share)
         if not healthy:
             return floor, healthy
         excess = np.array([one.excess for one in healthy])

@@ -16,6 +16,7 @@ from gap.residuals.parts import RunCondition, TrialPart
 from model.values.arrays import BoolArray, FloatArray
 
 HARMONICS = 6
+SHORTEST_CYCLES = 1.5  # of a run whose harmonics are measured
 RATIOS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # repeat variance over misfit variance
 FEW_RATIO = 0.1
 FEW = 3
@@ -69,13 +70,21 @@ class Floor:
 
 
 def phase_basis(part: TrialPart) -> FloatArray:
-    """Return constant and harmonics of the phase, (F, K), each of mean square 1."""
+    """Return constant and harmonics of the phase, (F, K), each of mean square 1 over whole cycles."""
     cycle = part.observation.cycle
     one = np.ones((part.frames, 1))
-    if not np.isfinite(cycle).all() or abs(cycle[-1] - cycle[0]) < 1.5:
+    if not np.isfinite(cycle).all():
         return one
     angle = 2 * np.pi * cycle[:, None] * np.arange(1, HARMONICS + 1)
-    return np.hstack([one, np.sqrt(2) * np.cos(angle), np.sqrt(2) * np.sin(angle)])
+    every = np.hstack([one, np.sqrt(2) * np.cos(angle), np.sqrt(2) * np.sin(angle)])
+    return every[:, : part.frames]
+
+
+def _measurable(part: TrialPart) -> int:
+    """Return how many of the columns of ``phase_basis`` a part is long enough to measure."""
+    cycle = part.observation.cycle
+    turned = abs(cycle[-1] - cycle[0]) >= SHORTEST_CYCLES
+    return phase_basis(part).shape[1] if turned else 1
 
 
 def make_floor(
@@ -92,8 +101,10 @@ def make_floor(
     """
     known = references or trials
     noise = np.median([np.nanmedian(part.observation.noise, axis=0) for part, _ in known], axis=0)
-    widths = [phase_basis(part).shape[1] for part, _ in known]
-    fits = [_locked(part, error, min(widths) if references else None) for part, error in known]
+    widths = [_measurable(part) for part, _ in known]
+    if references:
+        widths = [min(widths)] * len(known)
+    fits = [_locked(part, error, width) for (part, error), width in zip(known, widths, strict=True)]
     rests = [error - locked for (_, error), (locked, _) in zip(known, fits, strict=True)]
     dependence, c = dependence_of(rests), len(channels)
     if not references:
@@ -153,11 +164,9 @@ def _correlation(some: Sequence[RunCondition], others: Sequence[RunCondition]) -
     return out
 
 
-def _locked(
-    part: TrialPart, error: FloatArray, most: int | None = None
-) -> tuple[FloatArray, FloatArray]:
+def _locked(part: TrialPart, error: FloatArray, width: int) -> tuple[FloatArray, FloatArray]:
     """Least squares on the phase's harmonics: the fitted part (F, C) and its coefficients (K, C)."""
-    basis = phase_basis(part)[:, :most]
+    basis = phase_basis(part)[:, :width]
     coefficients = np.zeros((basis.shape[1], error.shape[1]))
     known = np.isfinite(error)
     for c in range(error.shape[1]):

@@ -46,6 +46,7 @@ def healthy_runs(
     channels: Sequence[Channel],
     references: Sequence[tuple[TrialPart, FloatArray]],
     conditions: Sequence[RunCondition] = (),
+    share: float = 1.0,
 ) -> tuple[Healthy, ...]:
     """Compare each reference with others that are as far from it as they are from the trials.
 
@@ -56,6 +57,8 @@ def healthy_runs(
         channels: C of them.
         references: Each with measured minus predicted, (F, C).
         conditions: Those of the trials.
+        share: Of each run, from its start, that the trials are fitted to: energies are of that much of a
+            reference, because a machine that starts walking shows more than one that walks.
     """
     if len(references) < 2:
         return ()
@@ -72,7 +75,10 @@ def healthy_runs(
         base = np.where(np.isfinite(error), 0.0, np.nan)
         whitener = make_whitener(part, floor, base)
         residual = whitener.whiten(error)
-        excess = mean_energy((residual**2).sum(axis=0), whitener.count.sum(axis=0))
+        fitted = slice(0, max(1, round(share * part.frames)))
+        excess = mean_energy(
+            (residual[fitted] ** 2).sum(axis=0), whitener.count[fitted].sum(axis=0)
+        )
         each.append(Healthy(part, whitener, residual, excess, block_starts(part.observation)))
     return tuple(each)
 

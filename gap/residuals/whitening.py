@@ -83,6 +83,5 @@ def _directions(
         return basis, variance
     across, triangle = np.linalg.qr(basis)
     # harmonics over whole cycles are orthogonal already, so the triangle is near diagonal
-    size = np.diag(triangle)[:, None] ** 2
-    left = np.sqrt(noise / (noise + variance * size))
+    left = np.sqrt(noise / (noise + triangle**2 @ variance))
     return across, 1.0 - left

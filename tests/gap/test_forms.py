@@ -122,7 +122,8 @@ def test_a_virtual_robot_that_gives_before_or_behind_its_encoder(
     healthy = [walk("h", 91 + k, 0.05 * k) for k in range(5)]
     runs, whole = read_case(tuple(trials), tuple(healthy))
     others = {effect.family for effect in whole.effects} - SHORTENED
-    *references, control = runs.references
+    references = list(runs.references)
+    control = references.pop(2)  # steered less than some of them and more than others
     for run, named in ((runs.trials, [("servo_compliance", (), form)]), ([control], [])):
         study = make_study(run, Without(whole, tuple(others)), references)
         d = diagnose_study(study, standing=STANDING)
