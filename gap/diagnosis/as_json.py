@@ -52,6 +52,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         ],
         "detectable": d.detectable,
         "next": d.next,
+        "new_commands": d.new_commands,
         "trials": {"fitted": list(d.fitted_trials), "held_out": list(d.held_out_trials)},
         "warnings": list(d.warnings),
         "predictions": d.predictions,

@@ -15,6 +15,7 @@ from gap.diagnosis.drop_worse import drop_worse
 from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.how_far import HowFar
+from gap.diagnosis.new_commands import new_commands
 from gap.diagnosis.probability import Fit, RivalCause, chances, none_of_them
 from gap.diagnosis.study import FEWEST_REFERENCES, Study, make_study
 from gap.diagnosis.trend import none_with, trends_of
@@ -207,6 +208,7 @@ def _diagnosis(
             comparison.signatures, known.search if known else None, len(study.fitted)
         ),
         next=runs,
+        new_commands=new_commands((*study.fitted, *study.held), study.references),
         warnings=tuple(
             warnings_of(study, faults, len(evidence.starts), answer.named, far, answer.detection)
         ),

@@ -12,6 +12,7 @@ from gap.diagnosis.baselines import Baseline
 from gap.diagnosis.detectable import Detectable
 from gap.diagnosis.detection import Detection
 from gap.diagnosis.how_far import HowFar
+from gap.diagnosis.new_commands import NewCommands
 from gap.diagnosis.probability import Fit, RivalCause
 from gap.diagnosis.trend import Trend
 from gap.diagnosis.where import Where
@@ -159,6 +160,7 @@ class Diagnosis:
         baselines: Answers of simpler methods.
         detectable: Smallest sizes that would have shown.
         next: The best runs to discriminate between candidates.
+        new_commands: The trial that is commanded as no reference was; None if there is none.
         predictions: How many trials were simulated.
     """
 
@@ -182,6 +184,7 @@ class Diagnosis:
     baselines: tuple[Baseline, ...]
     detectable: tuple[Detectable, ...]
     next: tuple[NextRun, ...]
+    new_commands: NewCommands | None
     warnings: tuple[str, ...]
     predictions: int
     seed: int
@@ -200,16 +203,32 @@ class Diagnosis:
             within = f"{percent_words(far.low)}, {percent_words(far.high)}"
             shrunk += f" [{within}] on {self.held_out}"
         if self.verdict is Verdict.EXPLAINED:
-            return f"The simulator lacks {_names(self.sure)}{shrunk}.{self._perhaps}"
+            return (
+                f"The simulator lacks {_names(self.sure)}{shrunk}.{self._perhaps}{self._new_ground}"
+            )
         names = _names(self.causes)
         if self.verdict is Verdict.AMBIGUOUS:
-            return f"The simulator lacks {names}{shrunk}. These runs cannot distinguish {self._open_words}."
+            return (
+                f"The simulator lacks {names}{shrunk}. These runs cannot distinguish "
+                f"{self._open_words}.{self._new_ground}"
+            )
         place = f" in the stage {self.where.stage}" if self.where.stage else ""
         if not self.causes:
-            return f"There is a gap{place}, and no effect of the catalogue reduces it."
+            nothing = "and no effect of the catalogue reduces it"
+            return f"There is a gap{place}, {nothing}.{self._new_ground}"
         return (
             f"There is a gap{place} that the catalogue does not explain; {names} comes closest"
-            f" and explains {percent_words(self.fit.closed)} of it in the fitted runs."
+            f" and explains {percent_words(self.fit.closed)} of it in the fitted runs.{self._new_ground}"
+        )
+
+    @property
+    def _new_ground(self) -> str:
+        """What a gap may be where no reference was commanded like the trials."""
+        if self.new_commands is None:
+            return ""
+        return (
+            " But no reference was commanded like these trials: a healthy machine may show this too. "
+            "Record references with the same commands."
         )
 
     @property
@@ -257,6 +276,12 @@ class Diagnosis:
         """How often a healthy robot is reported to have a gap, as far as references can guarantee it."""
         if self.detection is None:
             return "without three references the false-alarm rate cannot be estimated"
+        if self.new_commands is not None:
+            return (
+                "false-alarm rate: not known, because commands are "
+                f"{self.new_commands.distance_rad:.2g} rad (RMS over a cycle) from those of the nearest "
+                f"reference; references are within {self.new_commands.known_rad:.2g} rad of another one"
+            )
         return (
             f"false-alarm rate: aimed at {percent_words(float(FALSE_ALARMS))}; "
             f"{self.detection.references} references alone can guarantee no less than "

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.interfaces import Observation, Simulator
+from gap.residuals.command_cycle import CommandCycle, command_cycle_of
 from gap.residuals.hold_out import HoldOut
 from model.errors import GapError
 from model.values.arrays import FloatArray, IntArray
@@ -44,6 +45,7 @@ class TrialPart:
         last: Frame behind the last.
         frequency_hz: Its cycles a second; NaN if not known.
         observation: What was measured there.
+        commands: How the whole trial was commanded; None without cycles.
     """
 
     trial: int
@@ -52,6 +54,7 @@ class TrialPart:
     gait: str
     frequency_hz: float
     observation: Observation
+    commands: CommandCycle | None = None
 
     def cut(self, whole: FloatArray) -> FloatArray:
         """Return this part of something of the whole trial, (F, ...)."""
@@ -85,7 +88,8 @@ def part_of(index: int, trial: Trial, observation: Observation, first: int, last
     frequency = trial.header.frequency_hz
     if not np.isfinite(frequency) and np.isfinite(o.cycle).all() and len(o.time_s) > 1:
         frequency = float(abs(o.cycle[-1] - o.cycle[0]) / (o.time_s[-1] - o.time_s[0]))
-    return TrialPart(index, first, last, trial.header.gait, frequency, cut)
+    commands = command_cycle_of(trial, observation)
+    return TrialPart(index, first, last, trial.header.gait, frequency, cut, commands)
 
 
 def split(

@@ -1,0 +1,63 @@
+"""Whether trials are commanded as no reference was: a turn where all references walked straight ahead.
+
+What the simulator gets wrong on such runs no reference shows, so it looks like a cause in the machine.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.residuals.parts import TrialPart
+
+SAME_RAD = 0.003  # commands that differ by less are the same: two steps of a servo's encoder
+BEYOND = 1.25  # times what references differ by from the nearest other one
+
+
+@dataclass(frozen=True, slots=True)
+class NewCommands:
+    """How far the commands of a trial are from those of all references of its gait.
+
+    Attributes:
+        trial: Index of the trial that is farthest.
+        distance_rad: From the nearest reference: root mean square over a cycle, of the joint that differs
+            most.
+        known_rad: The largest such distance of a reference from the nearest other one that differs at all;
+            0 where all are commanded alike.
+    """
+
+    trial: int
+    distance_rad: float
+    known_rad: float
+
+
+def new_commands(
+    trials: Sequence[TrialPart], references: Sequence[TrialPart]
+) -> NewCommands | None:
+    """Return the trial that is farthest from all references; None where none is beyond them.
+
+    Trials without cycles or commands, or of a gait that no reference has, are left out.
+    """
+    each = []
+    for one in trials:
+        same = [other for other in references if other.gait == one.gait]
+        own = _distances(one, same)
+        if not own:
+            continue
+        known = [_nearest_other(other, same) for other in same]
+        each.append(NewCommands(one.trial, min(own), max(known)))
+    beyond = [one for one in each if one.distance_rad > BEYOND * one.known_rad + SAME_RAD]
+    return max(beyond, key=lambda one: one.distance_rad, default=None)
+
+
+def _distances(one: TrialPart, others: Sequence[TrialPart]) -> list[float]:
+    return [
+        one.commands.distance_rad(other.commands)
+        for other in others
+        if one.commands is not None and other.commands is not None
+    ]
+
+
+def _nearest_other(one: TrialPart, every: Sequence[TrialPart]) -> float:
+    apart = [far for far in _distances(one, every) if far > SAME_RAD]
+    return float(np.min(apart)) if apart else 0.0
