@@ -23,7 +23,8 @@ from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray, known_mean, root_mean_square
 from model.values.estimate import BIAS, FIXED, SCALE, VELOCITY, OdometryInputs
 from model.values.parameters import ContactParameters
-from record.log.reader import read_log, read_stamped_ticks
+from record.log.blocks.read import read_log
+from record.log.reader import read_stamped_ticks
 from robot.config.robot_file import load_robot
 from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.odometry.compare import compare_methods, true_motion, walking_part

@@ -27,7 +27,8 @@ from benchmarks.odometry_worlds import (
 )
 from model.values.arrays import BoolArray, FloatArray
 from model.values.estimate import SOURCES, Health
-from record.log.reader import StampedTick, read_log, read_stamped_ticks
+from record.log.blocks.read import read_log
+from record.log.reader import StampedTick, read_stamped_ticks
 from robot.config.robot_file import load_robot
 from robot.odometry.compare import compare_methods, walking_part
 from robot.odometry.track import TrackedLog, Tracker
@@ -107,7 +108,8 @@ def judge(folder: Path, world: World) -> list[Judged]:
     for mode in (one for one in MODES if forces or not one.forces):
         tracker = Tracker(config, no_forces=not mode.forces, no_imu=not mode.gyro)
         for number, item in enumerate(items):
-            tracker.take(without_encoder(item, world.dead_leg) if number >= dies else item)
+            seen = without_encoder(item, world.dead_leg) if number >= dies else item
+            tracker.take(seen.unix_ns, seen.tick.sensed)
         found = compare_methods(TrackedLog(log, config, tracker.track()))
         mine, naive = found.errors[:2]
         ok = np.array([one.health is Health.OK for one in found.track.estimates])
@@ -222,7 +224,7 @@ def noticed(fault: str, gait: str) -> str:
         walk_without_bytes(config, gait, 2.0, 1, path, twin, imu_of(1))
         tracker = Tracker(config, no_imu=True)
         for item in read_stamped_ticks(path):
-            tracker.take(item)
+            tracker.take(item.unix_ns, item.tick.sensed)
         span = walking_part(read_log(path))
     said = tracker.track().part(span).estimates
     ok = np.mean([one.health is Health.OK for one in said])

@@ -20,7 +20,7 @@ import numpy as np
 
 from model.values.arrays import FloatArray
 from model.values.tick import Mode
-from record.log.reader import read_log
+from record.log.blocks.read import read_log
 from record.log.recording import Recording
 from record.log.writer import LogWriter
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot

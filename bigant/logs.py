@@ -13,10 +13,10 @@ import numpy as np
 from model.errors import ConfigError
 from model.values.arrays import BoolArray
 from model.values.tick import Mode
+from record.log.blocks.read import read_log as read_recording
 from record.log.columns import check_groups
 from record.log.export import export_table
 from record.log.reader import LogContents
-from record.log.reader import read_log as read_recording
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig, parse_robot
 from robot.gap_report.imports import imported, lines_of_one

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.odometry_bars import without_encoder
-from record.log.reader import LogContents, read_log, read_stamped_ticks
+from record.log.blocks.read import read_log
+from record.log.reader import LogContents, read_stamped_ticks
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot
 from robot.odometry.compare import compare_methods, stride_of

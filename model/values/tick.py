@@ -131,6 +131,25 @@ class DeadReckoning:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class SensedTick:
+    """What an estimator may know in a tick of J joints and N legs.
+
+    Attributes:
+        t_ns: Time of the tick.
+        joints: Calibrated shaft state.
+        forces: Latest measured foot forces, NaN without any.
+        poses: Absolute poses received since the last tick.
+        imu: Readings of an inertial unit received since then.
+    """
+
+    t_ns: int
+    joints: JointState
+    forces: FootForces
+    poses: tuple[PoseRecord, ...] = ()
+    imu: tuple[ImuRecord, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Tick:
     """One row of the log: the raw inputs, every stage's output, the verdict and the faults.
 
@@ -168,6 +187,11 @@ class Tick:
     dead_reckoning: DeadReckoning
     faults: tuple[Fault, ...]
     estimate: Estimate | None = None
+
+    @property
+    def sensed(self) -> SensedTick:
+        """What an estimator may know of it."""
+        return SensedTick(self.t_ns, self.joints, self.forces, self.inputs.poses, self.inputs.imu)
 
     @property
     def imu_age_s(self) -> float:

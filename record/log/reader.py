@@ -1,10 +1,7 @@
-"""Reading a log, whole, cut or damaged: every tick that is still there comes back.
-
-A log of any length is read in blocks, so that memory does not grow with it.
-"""
+"""Reading a log, whole, cut or damaged: every tick that is still there comes back."""
 
 import hashlib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
@@ -19,7 +16,6 @@ from model.values.machine_names import MachineNames
 from model.values.tick import Tick
 from model.values.wire import WireBytes
 from record.log.damage import Damage, Pass, damage_words
-from record.log.recording import Recording, build_recording, join_recordings
 from record.log.salvage import DAMAGE, read_records
 from record.log.tick_message import decode_tick
 from record.log.wire_message import WIRE_TOPICS, decode_wire
@@ -33,7 +29,6 @@ from record.log.writer import (
 )
 from record.topics import TICK_TOPIC
 
-BLOCK_TICKS = 2000
 # Every layout of a tick that was ever written, by the SHA-256 of its definition's text. Whoever changes the
 # message adds the new digest, and keeps reading the old one.
 TICK_LAYOUTS: Mapping[str, int] = MappingProxyType({
@@ -110,37 +105,6 @@ class StampedTick:
     tick: Tick
 
 
-def read_ticks(path: Path, contents: LogContents | None = None) -> Iterator[Tick]:
-    """Yield the ticks of a log in order; what is damaged is left out and told in ``contents``.
-
-    Args:
-        path: The log.
-        contents: Filled with robot file, metadata and damage on the way.
-
-    Raises:
-        RecordError: The file cannot be opened, or was written by a program that we do not know.
-    """
-    for stamped in read_stamped_ticks(path, contents):
-        yield stamped.tick
-
-
-def read_stamped_ticks(path: Path, contents: LogContents | None = None) -> Iterator[StampedTick]:
-    """Yield the ticks of a log with their UNIX times; otherwise as ``read_ticks``.
-
-    Raises:
-        RecordError: As ``read_ticks``.
-    """
-    contents = contents or LogContents()
-    for message in read_tick_messages(path, contents):
-        try:
-            tick = decode_tick(message.data, message.layout)
-        except DAMAGE as error:
-            at, when = contents.progress.position, message.unix_ns
-            contents.progress.damages.append(Damage(at, 0, when, when, f"a broken tick: {error}"))
-            continue
-        yield StampedTick(message.unix_ns, tick)
-
-
 @dataclass(frozen=True, slots=True)
 class TopicMessage:
     """One message of a log as it is in the file.
@@ -168,6 +132,43 @@ class TopicMessage:
     def layout(self) -> int:
         """Layout of a tick, 0 if it is not known."""
         return _layout_of(self.schema.data) if self.schema is not None else 0
+
+
+def read_ticks(path: Path, contents: LogContents | None = None) -> Iterator[Tick]:
+    """Yield the ticks of a log in order; what is damaged is left out and told in ``contents``.
+
+    Args:
+        path: The log.
+        contents: Filled with robot file, metadata and damage on the way.
+
+    Raises:
+        RecordError: The file cannot be opened, or was written by a program that we do not know.
+    """
+    for stamped in read_stamped_ticks(path, contents):
+        yield stamped.tick
+
+
+def read_stamped_ticks(path: Path, contents: LogContents | None = None) -> Iterator[StampedTick]:
+    """Yield the ticks of a log with their UNIX times; otherwise as ``read_ticks``.
+
+    Raises:
+        RecordError: As ``read_ticks``.
+    """
+    contents = contents or LogContents()
+    for message in read_tick_messages(path, contents):
+        try:
+            tick = decode_tick(message.data, message.layout)
+        except DAMAGE as error:
+            at = contents.progress.position
+            contents.progress.damages.append(damage_of(message, at, error))
+            continue
+        yield StampedTick(message.unix_ns, tick)
+
+
+def damage_of(message: TopicMessage, position: int, error: Exception) -> Damage:
+    """Return the damage of a tick that cannot be taken apart, found at a place in the file."""
+    when = message.unix_ns
+    return Damage(position, 0, when, when, f"a broken tick: {error}")
 
 
 @cache
@@ -316,55 +317,3 @@ def tick_blocks(
     stamped = chain((first,), stamped)
     while block := tuple(islice(stamped, block_ticks)):
         yield block
-
-
-def read_blocks(
-    path: Path,
-    contents: LogContents | None = None,
-    block_ticks: int = BLOCK_TICKS,
-    each: Callable[[StampedTick], None] | None = None,
-) -> Iterator[Recording]:
-    """Yield a log as arrays, a block of ticks at a time, in bounded memory.
-
-    The damage of a block is what had been found when it was complete; the last one knows all.
-
-    Args:
-        path: The log.
-        contents: Filled with robot file, metadata and damage on the way.
-        block_ticks: Ticks of a block.
-        each: Told every tick, in order.
-
-    Raises:
-        RecordError: The file cannot be opened, or holds no tick that can be read.
-    """
-    contents = contents or LogContents()
-    start_unix_ns: int | None = None
-    for block in tick_blocks(path, contents, block_ticks):
-        if start_unix_ns is None:
-            start_unix_ns = contents.start_unix_ns(block[0].unix_ns)
-        if each is not None:
-            for item in block:
-                each(item)
-        yield build_recording(
-            [item.tick for item in block],
-            machine=contents.machine(block[0].tick),
-            start_ns=contents.start_ns(block[0].tick.t_ns),
-            times_s=[(item.unix_ns - start_unix_ns) * 1e-9 for item in block],
-            config_text=contents.config_text,
-            metadata=contents.metadata,
-            damage=contents.damage,
-        )
-
-
-def read_log(
-    path: Path,
-    contents: LogContents | None = None,
-    each: Callable[[StampedTick], None] | None = None,
-) -> Recording:
-    """Read a log into arrays, all of it; an hour is a gigabyte, see ``read_blocks`` for the arguments.
-
-    Raises:
-        RecordError: The file cannot be opened, or holds no tick that can be read.
-    """
-    contents = contents or LogContents()
-    return join_recordings(list(read_blocks(path, contents, each=each)), damage=contents.damage)

@@ -53,13 +53,22 @@ class Stack(NamedTuple):
 
     def of(self, ticks: Sequence[Any], legs: int = 0, joints: int = 0) -> NDArray[Any]:
         """Return the array of some ticks of so many legs and joints."""
-        sizes = {LEGS: legs, JOINTS: joints}
-        shape = tuple(sizes.get(size, size) for size in self.shape)
+        shape = self._shape(legs, joints)
         nothing = np.full(shape, self.absent, self.kind) if shape else self.absent
         values = (follow(tick, self.path) for tick in ticks)
         if self.change is not None:
             values = (None if value is None else self.change(value) for value in values)
         return np.array([nothing if value is None else value for value in values], self.kind)
+
+    def empty(self, count: int, legs: int, joints: int) -> NDArray[Any]:
+        """Return the array of so many ticks in which there is nothing of it; codes are always there."""
+        if self.absent is np.nan and self.kind is not np.float64:
+            return np.zeros((count, *self._shape(legs, joints)), self.kind)
+        return np.full((count, *self._shape(legs, joints)), self.absent, self.kind)
+
+    def _shape(self, legs: int, joints: int) -> tuple[int, ...]:
+        sizes = {LEGS: legs, JOINTS: joints}
+        return tuple(sizes.get(size, size) for size in self.shape)
 
 
 def newest_imu(readings: Sequence[ImuRecord]) -> FloatArray | None:
@@ -171,7 +180,8 @@ class Recording:
         return bool(np.isfinite(self.truth_position_W).any())
 
 
-_TAKEN: Mapping[str, Stack] = {
+# By field, what is stacked of the ticks.
+STACKS: Mapping[str, Stack] = {
     name: kind.__metadata__[0]
     for name, kind in get_type_hints(Recording, include_extras=True).items()
     if get_origin(kind) is Annotated
@@ -204,7 +214,7 @@ def build_recording(
     }
     arrays |= {
         name: taken.of(ticks, len(machine.legs), len(machine.joints))
-        for name, taken in _TAKEN.items()
+        for name, taken in STACKS.items()
     }
     return Recording(
         names=machine.legs,
@@ -236,9 +246,14 @@ def join_recordings(parts: Sequence[Recording], damage: str) -> Recording:
 
 def thin_recording(log: Recording, step: int) -> Recording:
     """Return every ``step``-th tick of a log, for pictures; all faults are kept, at the ticks that are."""
+    if step == 1:
+        return log
     faults = tuple((number // step, fault) for number, fault in log.faults)
-    return replace(log, **_each_array(lambda name: getattr(log, name)[::step]), faults=faults)
+    # copies: a view would keep all that is left out in memory
+    return replace(
+        log, **_each_array(lambda name: getattr(log, name)[::step].copy()), faults=faults
+    )
 
 
 def _each_array(make: Callable[[str], NDArray[Any]]) -> dict[str, Any]:
-    return {name: readonly(make(name)) for name in ("t_s", *_TAKEN)}
+    return {name: readonly(make(name)) for name in ("t_s", *STACKS)}

@@ -18,7 +18,7 @@ from model.values.estimate import POSE, Estimate, OdometryInputs
 from model.values.legs import FootForces, FootMotion, JointState
 from model.values.parameters import RobotParameters
 from model.values.readings import ImuRecord, PoseRecord
-from model.values.tick import Tick
+from model.values.tick import SensedTick
 from robot.config.estimator import EstimatorConfig
 from robot.config.imu import NO_IMU, ImuConfig
 from robot.config.robot_file import RobotConfig
@@ -184,17 +184,15 @@ class TickEstimator:
         self._stage = estimator_stage(config, leg_kinematics(config.parameters))
         self.memory = self._stage.initial()
 
-    def step(self, tick: Tick, forces: FootForces | None = None) -> Estimate:
-        """Advance by a tick; ``forces`` stand in for those in it.
+    def step(self, tick: SensedTick) -> Estimate:
+        """Advance by a tick.
 
         Raises:
             ConfigError: The robot has other legs or joints than the tick.
         """
-        self._check(len(tick.feet.position_m), len(tick.joints.angle_rad))
-        if forces is None:
-            forces = tick.forces
+        self._check(len(tick.forces.force_n), len(tick.joints.angle_rad))
         self.memory, estimate = self._stage.step(
-            self.memory, tick.t_ns, tick.joints, forces, tick.inputs.poses, tick.inputs.imu
+            self.memory, tick.t_ns, tick.joints, tick.forces, tick.poses, tick.imu
         )
         return estimate
 

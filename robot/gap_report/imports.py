@@ -14,7 +14,9 @@ from model.errors import BigantError, ConfigError, RecordError
 from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frame import solve_frame
 from model.values.arrays import FloatArray
+from model.values.estimate import Estimate
 from model.values.legs import FootMotion
+from model.values.tick import Tick
 from record.log.from_trial import left_out, write_trial_log
 from record.trial.column_map import ColumnMap, find_map, map_names, read_column_map
 from record.trial.header import LEGGED
@@ -186,8 +188,13 @@ def _write(
         write_trial(trial, out)
         return (), False
     estimator = estimator_of(trial)
-    write_trial_log(trial, out, tell, None if estimator is None else estimator.step)
+    estimate = None if estimator is None else _by(estimator)
+    write_trial_log(trial, out, tell, estimate)
     return left_out(trial), estimator is not None
+
+
+def _by(estimator: TickEstimator) -> Callable[[Tick], Estimate]:
+    return lambda tick: estimator.step(tick.sensed)
 
 
 def estimator_of(trial: Trial) -> TickEstimator | None:

@@ -7,7 +7,8 @@ import numpy as np
 
 from model.errors import RecordError
 from model.values.estimate import Health
-from record.log.reader import LogContents, read_log
+from record.log.blocks.read import read_log
+from record.log.reader import LogContents
 from record.log.recording import Recording
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json

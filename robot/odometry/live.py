@@ -126,7 +126,7 @@ def _beside_log(
                 if tracker is None:
                     config = believed_robot(request, follower.contents.config_text)
                     tracker = Tracker(config, no_forces=request.no_forces, no_imu=request.no_imu)
-                lines.take(stamped.unix_ns, tracker.step(stamped.tick))
+                lines.take(stamped.unix_ns, tracker.step(stamped.tick.sensed))
             now_ns = clock.now_ns()
             ended = interrupts.count > 0 or (end_ns is not None and now_ns >= end_ns)
             if follower.finished or ended:

@@ -13,8 +13,9 @@ from model.errors import ModelError
 from model.estimator.sources import ABSOLUTE
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from model.values.estimate import Estimate, EstimatorState, paired_covariance
-from model.values.tick import Tick
-from record.log.reader import LogContents, StampedTick, read_log
+from model.values.tick import SensedTick
+from record.log.blocks.read import read_log
+from record.log.reader import LogContents, StampedTick
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
 from robot.control.estimator_stage import TickEstimator
@@ -133,24 +134,25 @@ class Tracker:
         self._rejections: list[BoolArray] = []
         self._anchored: list[bool] = []
 
-    def step(self, tick: Tick) -> Estimate:
+    def step(self, tick: SensedTick) -> Estimate:
         """Advance by a tick; nothing is kept of it.
 
         Raises:
             ConfigError: The robot has other legs than the tick.
         """
-        forces = no_forces(len(tick.feet.position_m)) if self._no_forces else tick.forces
-        if self._no_imu and tick.inputs.imu:
-            tick = replace(tick, inputs=replace(tick.inputs, imu=()))
-        return self._estimator.step(tick, forces)
+        if self._no_forces:
+            tick = replace(tick, forces=no_forces(len(tick.forces.force_n)))
+        if self._no_imu and tick.imu:
+            tick = replace(tick, imu=())
+        return self._estimator.step(tick)
 
-    def take(self, item: StampedTick) -> None:
-        """Advance by a tick, and keep the estimate."""
+    def take(self, unix_ns: int, tick: SensedTick) -> None:
+        """Advance by a tick that was at a UNIX time, and keep the estimate."""
         before = self._estimator.memory.estimator.state
         began = time.perf_counter_ns()
-        self._estimates.append(self.step(item.tick))
+        self._estimates.append(self.step(tick))
         self._step_us.append((time.perf_counter_ns() - began) / 1e3)
-        self._unix_ns.append(item.unix_ns)
+        self._unix_ns.append(unix_ns)
         after = self._estimator.memory.estimator.state
         self._rejections.append(_rejected(before, after))
         self._anchored.append(after.anchored)
@@ -195,7 +197,7 @@ def track(items: Iterable[StampedTick], config: RobotConfig) -> Track:
     """
     tracker = Tracker(config)
     for item in items:
-        tracker.take(item)
+        tracker.take(item.unix_ns, item.tick.sensed)
     return tracker.track()
 
 
@@ -228,7 +230,7 @@ def track_log(
     log_contents = contents if contents is not None else LogContents()
     trackers: list[Tracker] = []
 
-    def take(item: StampedTick) -> None:
+    def take(unix_ns: int, tick: SensedTick) -> None:
         if not trackers:  # the robot file comes before the first tick
             config = believed_robot(given, log_contents.config_text, robot)
             trackers.append(
@@ -239,7 +241,7 @@ def track_log(
                     keep_states=given.smooth,
                 )
             )
-        trackers[0].take(item)
+        trackers[0].take(unix_ns, tick)
 
     log = read_log(path, log_contents, take)
     (tracker,) = trackers

@@ -19,7 +19,8 @@ from model.errors import ConfigError, RecordError
 from model.parameters.toml_table import parse_toml
 from model.values.faults import StopReason
 from model.values.tick import Intent, Request, Tick
-from record.log.reader import LogContents, read_log, read_tick_messages, sound
+from record.log.blocks.read import read_log
+from record.log.reader import LogContents, read_tick_messages, sound
 from record.log.tick_message import decode_inputs
 from record.whole_file import check_room
 from robot.config.robot_file import load_robot

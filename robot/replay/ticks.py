@@ -169,7 +169,7 @@ def _estimate_through(
     for message, recorded in _in_order(path, messages, notes):
         with sound(path, message):
             tick = decode_tick(message.data, message.layout, recorded)
-        yield message, recorded, replace(tick, estimate=estimator.step(tick))
+        yield message, recorded, replace(tick, estimate=estimator.step(tick.sensed))
 
 
 def _check_estimate(path: Path, first_message: TopicMessage, gait: str | None) -> None:

@@ -9,7 +9,8 @@ from model.errors import BigantError
 from model.motion.se2 import aligning, compose, seen_from
 from model.values.arrays import FloatArray
 from model.values.faults import StopReason
-from record.log.reader import LogContents, read_blocks
+from record.log.blocks.read import read_blocks
+from record.log.reader import LogContents
 from record.log.recording import Recording, join_recordings, thin_recording
 from robot.config.robot_file import parse_robot
 from robot.console.progress import ProgressLine
@@ -104,8 +105,9 @@ class Summary:
 
 
 PERCENTILES = (5, 25, 50, 75, 95)
-# Five minutes at 100 Hz are kept whole; of a longer log every second, fourth, ... tick is drawn.
-DRAWN_TICKS = 30_000
+# Five minutes at 100 Hz are kept whole; of a longer log every second, fourth, ... tick is drawn. A page
+# shows a few hundred points of each curve, and memory goes with what is drawn.
+WHOLE_TICKS, DRAWN_TICKS = 30_000, 15_000
 
 
 def read_summary(path: Path) -> tuple[Summary, Recording]:
@@ -131,10 +133,12 @@ def read_summary(path: Path) -> tuple[Summary, Recording]:
             totals.add(block)
             kept.append(thin_recording(block, step))
             count += len(kept[-1].t_s)
-            if count > DRAWN_TICKS:
+            while count > (WHOLE_TICKS if step == 1 else DRAWN_TICKS):
                 step *= 2
-                kept = [thin_recording(join_recordings(kept, ""), 2)]
-                count = len(kept[0].t_s)
+                kept = [
+                    thin_recording(part, 2) for part in kept
+                ]  # joined first, it were twice as much
+                count = sum(len(part.t_s) for part in kept)
     log = join_recordings(kept, contents.damage)
     return summarise_totals(totals, replace(block, damage=contents.damage)), log
 

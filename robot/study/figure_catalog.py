@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from gaits.names import METACHRONAL, TRIPOD
 from model.errors import ConfigError
-from record.log.reader import read_log
+from record.log.blocks.read import read_log
 from record.whole_file import whole_file, write_text, writing
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode

@@ -14,7 +14,7 @@ from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.traction.force_scale import force_scale
 from model.values.arrays import BoolArray, FloatArray
 from model.values.parameters import ContactParameters
-from record.log.reader import read_log
+from record.log.blocks.read import read_log
 from record.whole_file import check_room, whole_file
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json

@@ -15,7 +15,7 @@ import pytest
 import bigant
 from model.systems.disk import disk
 from model.values.tick import Mode
-from record.log.reader import read_log
+from record.log.blocks.read import read_log
 from robot.cli.main import run
 from tests.test_layers import ROOT
 

@@ -11,8 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from model.errors import RecordError
 from model.values.readings import ImuRecord
+from record.log.blocks.read import read_log
 from record.log.from_trial import write_trial_log
-from record.log.reader import read_log, read_ticks
+from record.log.reader import read_ticks
 from record.log.writer import LogWriter
 from record.trial.table_file import TableColumn, write_table
 from record.trial.trial import IMU, Trial, read_trial

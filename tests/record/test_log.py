@@ -22,8 +22,9 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from model.errors import RecordError
 from model.values.tick import Tick
 from record.log.background import QUEUE_TICKS, BackgroundWriter
+from record.log.blocks.read import read_log
 from record.log.definitions import DEFINITIONS
-from record.log.reader import LogContents, read_log, read_ticks
+from record.log.reader import LogContents, read_ticks
 from record.log.rewrite import repair
 from record.log.tick_message import decode_inputs, decode_tick, encode_tick
 from record.log.writer import LogWriter, topics

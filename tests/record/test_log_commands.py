@@ -10,8 +10,9 @@ from rosbags.highlevel import AnyReader
 
 from model.values.faults import StopReason
 from model.values.tick import Mode
+from record.log.blocks.read import read_log
 from record.log.header import PACKAGES
-from record.log.reader import LogContents, read_log, read_ticks
+from record.log.reader import LogContents, read_ticks
 from record.trial.table_file import read_table
 from record.trial.trial import read_trial
 from robot.cli import main as cli

@@ -9,7 +9,8 @@ import pytest
 from mcap.reader import make_reader
 
 from model.errors import BigantError, ConfigError, RecordError
-from record.log.reader import LogContents, read_log, read_stamped_ticks, read_ticks
+from record.log.blocks.read import read_log
+from record.log.reader import LogContents, read_stamped_ticks, read_ticks
 from record.log.splice import cut_log, merge_logs
 from record.log.survey import survey_log
 from record.log.writer import LogWriter

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from model.errors import BusError
-from record.log.reader import read_log
+from record.log.blocks.read import read_log
 from robot.cli import main as cli
 from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode

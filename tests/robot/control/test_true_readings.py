@@ -10,7 +10,8 @@ import pytest
 
 from gap.interfaces import Cause
 from model.values.tick import Tick
-from record.log.reader import LogContents, read_log, read_stamped_ticks
+from record.log.blocks.read import read_log
+from record.log.reader import LogContents, read_stamped_ticks
 from robot.cli.main import run
 from robot.config.robot_file import load_robot, parse_robot
 from robot.control.effect_uses import true_forces_of, true_forces_of_log

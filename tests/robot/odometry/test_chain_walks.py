@@ -12,7 +12,8 @@ from scipy.constants import g as standard_gravity
 from model.errors import ConfigError
 from model.motion.se2 import seen_from
 from model.values.arrays import FloatArray
-from record.log.reader import LogContents, read_log, read_stamped_ticks
+from record.log.blocks.read import read_log
+from record.log.reader import LogContents, read_stamped_ticks
 from record.trial.trial import read_trial
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot, parse_robot

@@ -88,7 +88,9 @@ def estimated(
                 for one in tick.inputs.imu
             )
         seen = replace(tick, inputs=replace(tick.inputs, imu=imu))
-        estimates.append(estimator.step(seen, None if forces else no_forces(6)))
+        estimates.append(
+            estimator.step(seen.sensed if forces else replace(seen.sensed, forces=no_forces(6)))
+        )
     return estimates
 
 
@@ -160,7 +162,9 @@ def test_a_gyro_of_the_wrong_sign_is_noticed(walked: list[Tick]) -> None:
 
 def test_an_imu_can_be_left_out_and_its_noise_is_tuned(walked: list[Tick]) -> None:
     tracker, plain = Tracker(CONFIG, no_imu=True), estimated(walked, forces=True, sign=None)
-    assert [tracker.step(tick).pose.tolist() for tick in walked] == [e.pose.tolist() for e in plain]
+    assert [tracker.step(tick.sensed).pose.tolist() for tick in walked] == [
+        e.pose.tolist() for e in plain
+    ]
     walking = [tick for tick in walked if tick.mode is Mode.WALK][:100]
     items = tuple(StampedTick(tick.t_ns, tick) for tick in walking)
     blind = tuple(

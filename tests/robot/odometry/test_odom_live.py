@@ -14,7 +14,6 @@ from drivers.lines.sources import LOOPBACK
 from model.estimator.smoother import smooth
 from model.values.faults import StopReason
 from model.values.tick import Intent, Tick
-from record.log.reader import StampedTick
 from record.log.writer import LogWriter
 from robot.cli.main import main
 from robot.config.robot_file import load_robot
@@ -103,7 +102,7 @@ def test_a_late_pose_corrects_the_states_that_are_smoothed(log: tuple[Path, list
     for tick in log[1]:
         late = tuple(replace(pose, t_ns=tick.t_ns - 20_000_000) for pose in tick.inputs.poses)
         inputs = replace(tick.inputs, poses=late)
-        tracker.take(StampedTick(tick.t_ns, replace(tick, inputs=inputs)))
+        tracker.take(tick.t_ns, replace(tick, inputs=inputs).sensed)
     run = tracker.track()
     assert [state.t_ns for state in run.states] == [tick.t_ns for tick in log[1]]
     corrected = [(state.mean[:2] != run.pose[i, :2]).any() for i, state in enumerate(run.states)]

@@ -56,7 +56,7 @@ def written(
     """The log of an import whose estimator went wrong in a way of its own."""
     estimator = TickEstimator(CONFIG)
     path = folder / "run.mcap"
-    write_trial_log(trial, path, estimate=lambda tick: change(tick, estimator.step(tick)))
+    write_trial_log(trial, path, estimate=lambda tick: change(tick, estimator.step(tick.sensed)))
     return path
 
 

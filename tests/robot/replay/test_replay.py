@@ -16,7 +16,8 @@ from model.values.faults import Fault, FaultKind, ServoEvent, StopReason
 from model.values.force_calibration import METHODS, ForceCalibration
 from model.values.tick import Intent, Mode, Tick
 from model.values.wire import Wire
-from record.log.reader import LogContents, read_log, read_ticks, read_wires
+from record.log.blocks.read import read_log
+from record.log.reader import LogContents, read_ticks, read_wires
 from robot.cli.main import run
 from robot.config.robot_file import RobotConfig, parse_robot
 from robot.console.arguments import DEFAULT_ROBOT_FILE

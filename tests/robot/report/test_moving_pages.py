@@ -133,7 +133,7 @@ def test_dragging_turns_the_robot_and_a_view_turns_it_back(walk: Tab) -> None:
 def test_the_replay_is_the_log(walk: Tab, cycle_walk: Path) -> None:
     """Feet on the page are where the robot file puts them at the log's angles and ground truth."""
     from model.kinematics.legs import leg_kinematics
-    from record.log.reader import read_log
+    from record.log.blocks.read import read_log
     from robot.config.robot_file import parse_robot
     from robot.report.replay import kept_frames
     from robot.report.replay_still import rotation

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from gap.diagnosis.how_far import sets_of
-from record.log.reader import read_log
+from record.log.blocks.read import read_log
 from record.log.recording import Recording
 from robot.report.moving import moving_json
 from robot.report.packed import packed_floats, packed_whole

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.tick import Mode
-from record.log.reader import read_log
+from record.log.blocks.read import read_log
 from record.log.recording import Recording, join_recordings
 from robot.report.plots import LEAST_M, LEAST_MM_S, LEAST_N, draw_log
 

@@ -8,7 +8,7 @@ import pytest
 
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.tick import Mode
-from record.log.reader import read_log
+from record.log.blocks.read import read_log
 from record.log.recording import Recording, join_recordings, thin_recording
 from robot.console.table import number_text, row_lines
 from robot.report.run_totals import RunTotals

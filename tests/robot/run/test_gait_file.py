@@ -13,7 +13,7 @@ import pytest
 from model.errors import ConfigError, RecordError
 from model.values.faults import StopReason
 from model.values.tick import Intent, Mode, Tick
-from record.log.reader import read_log
+from record.log.blocks.read import read_log
 from record.trial.trial import read_trial
 from robot.campaign.plan import read_scenario
 from robot.cli import main as cli

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
-from record.log.reader import read_log
+from record.log.blocks.read import read_log
 from robot.cli import main as cli
 from robot.console.exit_codes import ExitCode
 from robot.view import bridge
