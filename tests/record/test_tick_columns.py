@@ -63,8 +63,10 @@ def test_of_damaged_ticks_the_same_are_kept(dice: random.Random) -> None:
     whole = [encode_tick(make_tick(index % 4, seed=index)) for index in range(24)]
     damaged = []
     for one in whole:
-        data = bytearray(one if dice.random() < 0.9 else one[: dice.randrange(len(one))])
-        for _ in range(dice.randrange(2)):
+        data = bytearray(
+            one if dice.random() < 0.9 else one[: dice.choice((0, dice.randrange(len(one))))]
+        )
+        for _ in range(dice.randrange(2) if data else 0):
             data[dice.randrange(len(data))] = dice.randrange(256)
         damaged.append(bytes(data))
     readable: list[Tick] = []

@@ -25,7 +25,7 @@ _KINDS: dict[str, np.dtype[Any]] = {
 TEXT_LIMIT = 0x80  # bytes below it are text in any encoding that begins with ASCII
 
 
-class Place(NamedTuple):
+class FieldPlace(NamedTuple):
     """Where a field lies in a message.
 
     Attributes:
@@ -54,7 +54,7 @@ class MessageForm:
     """
 
     size: int
-    places: Mapping[str, Place]
+    places: Mapping[str, FieldPlace]
     marks: tuple[IntArray, NDArray[np.uint8]]
     counts: Mapping[str, int]
 
@@ -123,7 +123,7 @@ class _Walk:
     def __init__(self, reader: CdrReader, definitions: Mapping[str, str]) -> None:
         self._reader = reader
         self._definitions = definitions
-        self.places: dict[str, Place] = {}
+        self.places: dict[str, FieldPlace] = {}
         self.lengths: list[int] = []  # where they lie
         self.counts: dict[str, int] = {}
 
@@ -136,13 +136,15 @@ class _Walk:
                     self.message(element, f"{whole}.{number}.")
             elif element == "string":
                 count = self._length()
-                self.places[whole] = Place(self._step(count, 1), None, flag=False, numbers=count)
+                self.places[whole] = FieldPlace(
+                    self._step(count, 1), None, flag=False, numbers=count
+                )
             else:
                 kind = _KINDS[element]
                 count = int(size) if size else self._length() if bracket else -1
                 width = kind.itemsize
                 at = self._step(abs(count) * width, width if count else 1)
-                self.places[whole] = Place(at, kind, element == "bool", count)
+                self.places[whole] = FieldPlace(at, kind, element == "bool", count)
 
     def _length(self) -> int:
         at = self._reader.at

@@ -43,14 +43,14 @@ def read_blocks(
     """
     contents = contents or LogContents()
     reader = _Blocks(contents)
-    found = False
+    readable = False
     messages = read_tick_messages(path, contents)
     while block := list(_with_positions(islice(messages, block_ticks), contents)):
         recording = reader.recording(block, each)
         if recording is not None:
-            found = True
+            readable = True
             yield recording
-    if not found:
+    if not readable:
         raise nothing_left(path, contents)
 
 

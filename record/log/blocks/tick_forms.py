@@ -46,7 +46,7 @@ class FormBook:
         new = 0
         for size in sorted(set(sizes.tolist())):
             places = np.flatnonzero(sizes == size)
-            if len(places) < FEWEST:
+            if len(places) < FEWEST or not size:
                 continue
             data = b"".join([messages[place] for place in places.tolist()])
             table = np.frombuffer(data, np.uint8).reshape(-1, size)
@@ -59,14 +59,14 @@ class FormBook:
             while left.any() and new < MOST_FORMS:
                 new += 1
                 first = int(np.argmax(left))
-                found = _usable(table[first].tobytes(), machine)
+                first_form = _usable(table[first].tobytes(), machine)
                 left[first] = False
-                if found is not None:
-                    known.append(found)
+                if first_form is not None:
+                    known.append(first_form)
                     left[first] = True
-                    fits = left & found.fits(table)
+                    fits = left & first_form.fits(table)
                     left &= ~fits
-                    yield from _group(found, places, table, fits)
+                    yield from _group(first_form, places, table, fits)
 
 
 def _usable(data: bytes, machine: MachineNames) -> MessageForm | None:
