@@ -12,7 +12,9 @@ from model.errors import ConfigError
 from model.estimator.filter import Estimator
 from model.estimator.history import EstimatorMemory, LateSample, advance, use_late
 from model.kinematics.legs import LegKinematics, leg_kinematics
+from model.motion import shaft_speed
 from model.motion.se2 import aligning, compose, yaw_of
+from model.motion.shaft_speed import ShaftSpeeds
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import POSE, Estimate, OdometryInputs
 from model.values.legs import FootForces, FootMotion, JointState
@@ -37,11 +39,13 @@ class StageMemory:
         estimator: State of the filter and the ticks of the last moments.
         alignment: x, y [m], yaw [rad] of the outside world in ours, (3,); None before its first pose.
         effects: What the effects of the robot file remember, None without any.
+        speeds: What the shafts' speeds are corrected by; None before the first tick.
     """
 
     estimator: EstimatorMemory
     alignment: FloatArray | None = None
     effects: EffectMemory | None = None
+    speeds: ShaftSpeeds | None = None
 
 
 class EstimatorStage:
@@ -97,16 +101,20 @@ class EstimatorStage:
             imu: Readings of the IMU since then; the newest fresh one counts.
         """
         effects = memory.effects
+        speeds = memory.speeds
+        if speeds is None:
+            speeds = shaft_speed.at_start(len(joints.angle_rad))
+        speeds, rate_rad_s = shaft_speed.agreed(
+            speeds, joints.t_ns, joints.angle_rad, joints.rate_rad_s
+        )
         if self._effects is None:
-            feet = self._kinematics.feet(joints.angle_rad, joints.rate_rad_s)
+            feet = self._kinematics.feet(joints.angle_rad, rate_rad_s)
             inputs = OdometryInputs(t_ns, feet, forces)
         else:
-            effects, tick = self._effects.step(
-                effects, t_ns, joints.angle_rad, joints.rate_rad_s, forces
-            )
+            effects, tick = self._effects.step(effects, t_ns, joints.angle_rad, rate_rad_s, forces)
             inputs = OdometryInputs(t_ns, tick.answer.feet, tick.forces, added=tick.added)
-        if len(joints.rate_rad_s) == len(inputs.feet.position_m):  # a shaft a leg
-            inputs = replace(inputs, slope_m=_slope(inputs.feet, joints.rate_rad_s))
+        if len(rate_rad_s) == len(inputs.feet.position_m):  # a shaft a leg
+            inputs = replace(inputs, slope_m=_slope(inputs.feet, rate_rad_s))
         if imu:
             rate, roll, pitch = self._imu.of_body(imu, t_ns)
             inputs = replace(inputs, yaw_rate_rad_s=rate, roll_rad=roll, pitch_rad=pitch)
@@ -122,7 +130,7 @@ class EstimatorStage:
                     yaw_sd_rad=newest.yaw_sd_rad,
                 )
         after, estimate = advance(self._estimator, before, inputs, self._memory_s)
-        return StageMemory(after, alignment, effects), estimate
+        return StageMemory(after, alignment, effects, speeds), estimate
 
     def _sorted(
         self,

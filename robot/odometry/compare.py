@@ -9,6 +9,7 @@ from model.errors import RecordError
 from model.kinematics.legs import leg_kinematics
 from model.motion.dead_reckoning import advance
 from model.motion.se2 import aligning, compose, integrate
+from model.motion.shaft_speed import agreed_over
 from model.quasistatic.frame import solve_frame
 from model.values.arrays import BoolArray, FloatArray, root_mean_square
 from model.values.legs import FootMotion
@@ -222,17 +223,18 @@ def _model(
 ) -> tuple[FootMotion, FloatArray, FloatArray]:
     """Feet, velocity and forces by the robot file's own model, as the loop runs it.
 
-    Shaft speeds are the servos' own, which need no look ahead.
+    Shaft speeds are those that the estimator uses: the servos' own, corrected without a look ahead.
     """
     robot, effects = config.parameters, model_of(config)
-    angle, rate, t_ns = log.angle_rad[span], log.rate_rad_s[span], np.round(log.t_s[span] * 1e9)
+    angle, t_ns = log.angle_rad[span], np.round(log.t_s[span] * 1e9).astype(np.int64)
+    rate = agreed_over(t_ns, angle, log.rate_rad_s[span])
     if effects is None:
         feet = leg_kinematics(robot).feet(angle, rate)
         return feet, *_solved(feet, robot.contact, robot.body.mass * standard_gravity)
     position, speed, force = np.full((3, *log.force_n[span].shape), np.nan)
     velocity = np.full((len(t_ns), 3), np.nan)
     where = DeadReckoning(int(t_ns[0]), np.zeros(2), 0.0, np.full(3, np.nan), valid=False)
-    for i, now_ns in enumerate(t_ns.astype(int).tolist()):
+    for i, now_ns in enumerate(t_ns.tolist()):
         pose, dt_s = np.array([*where.position_m, where.yaw_rad]), (now_ns - where.t_ns) * 1e-9
         answer = effects.solve(angle[i], rate[i], pose, where.velocity_B, dt_s)
         position[i], speed[i] = answer.feet.position_m, answer.feet.velocity_m_s
