@@ -56,6 +56,11 @@ class Pass:
     damages: list[Damage] = field(default_factory=list)
     tell: Callable[[], None] = lambda: None
 
+    def begin_again(self) -> None:
+        """Forget what a pass has found, for another one over the same file."""
+        self.position, self.finished = 0, False
+        self.damages.clear()
+
 
 def damage_words(damages: Collection[Damage], start_unix_ns: int) -> str:
     """Return one sentence about all damage, times in seconds since the log's beginning; "" for none."""

@@ -12,6 +12,7 @@ from functools import cache
 import numpy as np
 
 from model.values.contact import ContactSolution, Support, Traction
+from model.values.estimate import Estimate
 from model.values.faults import Fault, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
 from model.values.readings import (
@@ -28,6 +29,7 @@ from record.log.fields import Fields
 
 TRANSDUCERS = 6
 LAYOUT = 4  # of ticks written today
+WITHOUT_ESTIMATE = 1  # the layout that has none
 _REQUEST = Fields(
     Request,
     "uint8 request_intent", "string request_gait", "float64 request_frequency_hz",
@@ -163,7 +165,9 @@ def _write_outputs(w: CdrWriter, tick: Tick, layout: int = LAYOUT) -> None:
         write_estimate(w, tick.estimate, with_sources=layout > 3)
 
 
-def says_the_same(tick: Tick, message: bytes, inputs_end: int, layout: int = LAYOUT) -> bool:
+def says_the_same(
+    tick: Tick, message: bytes, inputs_end: int, layout: int = LAYOUT, *, estimate: bool = True
+) -> bool:
     """Tell whether a message holds exactly the outputs of a tick, without taking it apart.
 
     Args:
@@ -171,13 +175,29 @@ def says_the_same(tick: Tick, message: bytes, inputs_end: int, layout: int = LAY
         message: The message.
         inputs_end: Where its inputs end, as ``decode_inputs`` returned it.
         layout: Layout of the message; of layout 1 all is compared that it has.
+        estimate: Whether its estimate is compared, too.
     """
     w = CdrWriter(at=inputs_end)
-    _write_outputs(w, tick, layout)
+    _write_outputs(w, tick, layout if estimate else WITHOUT_ESTIMATE)
     begin = len(HEADER)
     decided = message[begin + 16], message[begin + 17]  # behind time and number
     same_decisions = decided == (tick.mode.value, tick.stop_reason.value)
-    return same_decisions and w.done() == message[begin + inputs_end :]
+    outputs = w.done()
+    there = message[begin + inputs_end :]
+    return same_decisions and outputs == (there if estimate else there[: len(outputs)])
+
+
+def estimates_the_same(estimate: Estimate, message: bytes, begin: int) -> bool:
+    """Tell whether a message of today's layout ends with exactly an estimate.
+
+    Args:
+        estimate: The estimate.
+        message: The message.
+        begin: Where its estimate begins, counted from behind the header.
+    """
+    w = CdrWriter(at=begin)
+    write_estimate(w, estimate)
+    return w.done() == message[len(HEADER) + begin :]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

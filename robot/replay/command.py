@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 
 from model.errors import ConfigError
 from record.log.reader import LogContents
@@ -45,7 +46,7 @@ def replay(request: ReplayRequest) -> ExitCode:
     if config is not None:
         for note in unused_notes(config.effects):
             complain(note)
-    run = replay_bus if request.bus else replay_log
+    run = replay_bus if request.bus else partial(replay_log, two_processes=True)
     with ProgressLine(f"replaying {request.path}", contents.progress):
         result = run(
             request.path,

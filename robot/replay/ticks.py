@@ -26,6 +26,7 @@ from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
 from robot.control.estimator_stage import TickEstimator
+from robot.replay.beside import estimator_beside, worth_a_process
 from robot.replay.compare import ComparedRun, Comparison
 from robot.replay.fields import FIELDS
 from robot.run.header import config_of, rebuild_controller
@@ -55,6 +56,7 @@ def replay_log(
     config: RobotConfig | None = None,
     contents: LogContents | None = None,
     gait: str | None = None,
+    two_processes: bool = False,
 ) -> Replay:
     """Replay a log.
 
@@ -64,6 +66,8 @@ def replay_log(
         config: Another robot file to try instead of the log's.
         contents: Filled on the way: robot file, metadata, damage, how far it is.
         gait: What may be run of a gait that a Python file gave: see ``with_gaits_of_log``.
+        two_processes: Whether to replay the estimator of a long log in a process of its own. The result is
+            the same; for programs whose main module can be imported again.
 
     Raises:
         RecordError: The log cannot be read, or holds no ticks; or it is imported and holds no estimate.
@@ -85,6 +89,12 @@ def replay_log(
         notes.append(NOT_BY_A_CONTROLLER)
         steps = _estimate_through(path, messages, estimator, notes)
     else:
+        if two_processes and config is None and worth_a_process(path, first_message):
+            both = _replay_in_two(path, messages, contents, gait, scale)
+            if both is not None:
+                return both
+            contents.progress.begin_again()
+            messages = read_tick_messages(path, contents)
         rebuilt = rebuild_controller(contents, config, gait)
         began = time.perf_counter()
         controller = rebuilt.controller
@@ -125,6 +135,48 @@ def replay_log(
         first=comparison.first,
         notes=tuple(notes),
         complete=len(fields) == len(FIELDS),
+    )
+
+
+class _DifferentError(Exception):
+    """Something is not the same in every bit."""
+
+
+def _replay_in_two(
+    path: Path,
+    messages: Iterable[TopicMessage],
+    contents: LogContents,
+    gait: str | None,
+    scale: float,
+) -> Replay | None:
+    """Replay controller and estimator apart; None if anything in the log is not the same in every bit."""
+    rebuilt = rebuild_controller(contents, None, gait, estimate=False)
+    config, notes, began = rebuilt.controller.config, [*rebuilt.notes], time.perf_counter()
+    if not (rebuilt.forces_known and config.estimator.enabled):
+        return None
+    ticks = start_ns = now_ns = 0
+    try:
+        with estimator_beside(path, config) as estimated:
+            for message, recorded, tick in step_through(path, messages, rebuilt.controller, notes):
+                end, layout = recorded.end, message.layout
+                same = says_the_same(tick, message.data, end, layout, estimate=False)
+                if not same or (estimated.done() and estimated.result() <= ticks):
+                    raise _DifferentError
+                start_ns, now_ns, ticks = start_ns if ticks else tick.t_ns, tick.t_ns, ticks + 1
+            if estimated.result() < ticks or not ticks:
+                raise _DifferentError
+    except (_DifferentError, ValueError):
+        return None
+    return Replay(
+        path=path,
+        ticks=ticks,
+        equal_bits=ticks,
+        duration_s=(now_ns - start_ns) * 1e-9,
+        wall_s=time.perf_counter() - began,
+        fields=Comparison(FIELDS, config.parameters.legs.names, scale, start_ns).results(),
+        first=None,
+        notes=(*notes, *([f"the file is {contents.damage}"] if contents.damage else [])),
+        complete=True,
     )
 
 

@@ -194,7 +194,11 @@ class Rebuilt:
 
 
 def rebuild_controller(
-    contents: LogContents, config: RobotConfig | None = None, gait: str | None = None
+    contents: LogContents,
+    config: RobotConfig | None = None,
+    gait: str | None = None,
+    *,
+    estimate: bool = True,
 ) -> Rebuilt:
     """Build the controller that a log was made with.
 
@@ -202,6 +206,7 @@ def rebuild_controller(
         contents: Robot file and metadata of the log.
         config: Another robot file to try instead of the log's.
         gait: What may be run of a gait that a Python file gave: see ``with_gaits_of_log``.
+        estimate: Whether it runs the estimator.
 
     Raises:
         RecordError: The log holds no robot file, its metadata make no sense, or its run had the gait of a
@@ -226,7 +231,7 @@ def rebuild_controller(
         raise ConfigError(
             "--robot", f"has {len(names)} legs, the log {len(calibrations)}; choose another file"
         )
-    controller = Controller(used, calibrations, armed=armed, rate_hz=rate_hz)
+    controller = Controller(used, calibrations, armed=armed, rate_hz=rate_hz, estimate=estimate)
     return Rebuilt(controller, calibrations, recorded is not None, tuple(notes))
 
 

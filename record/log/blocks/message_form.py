@@ -51,12 +51,14 @@ class MessageForm:
         marks: Bytes that are the same in all of them, the header and the lengths of sequences and texts:
             where they lie, (C,), and what they are, (C,).
         counts: Of each sequence of messages, how many.
+        begins: Of each, where it begins, counted from behind the header.
     """
 
     size: int
     places: Mapping[str, FieldPlace]
     marks: tuple[IntArray, NDArray[np.uint8]]
     counts: Mapping[str, int]
+    begins: Mapping[str, int]
 
     def fits(self, table: NDArray[np.uint8]) -> BoolArray:
         """Which rows of a table, (B, size), are messages of this form, (B,)."""
@@ -114,7 +116,8 @@ def form_of(data: bytes, definitions: Mapping[str, str], name: str) -> MessageFo
     walk = _Walk(CdrReader(data), definitions)
     walk.message(name, "")
     at = np.concatenate([np.arange(2), np.add.outer(walk.lengths, np.arange(4)).ravel()])
-    return MessageForm(len(data), walk.places, (at, np.frombuffer(data, np.uint8)[at]), walk.counts)
+    marks = at, np.frombuffer(data, np.uint8)[at]
+    return MessageForm(len(data), walk.places, marks, walk.counts, walk.begins)
 
 
 class _Walk:
@@ -126,12 +129,14 @@ class _Walk:
         self.places: dict[str, FieldPlace] = {}
         self.lengths: list[int] = []  # where they lie
         self.counts: dict[str, int] = {}
+        self.begins: dict[str, int] = {}
 
     def message(self, name: str, prefix: str) -> None:
         for element, bracket, size, field in _fields(self._definitions[name]):
             whole = prefix + field
             if element in self._definitions:
                 self.counts[whole] = self._length()
+                self.begins[whole] = self._reader.at - 4
                 for number in range(self.counts[whole]):
                     self.message(element, f"{whole}.{number}.")
             elif element == "string":

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,12 @@ from model.values.legs import FootForces, JointState
 from model.values.machine_names import MachineNames
 from model.values.readings import ImuRecord, PoseRecord
 from model.values.tick import SensedTick
-from record.log.blocks.message_form import Columns
-from record.log.blocks.tick_forms import FormBook
+from record.log.blocks.message_form import Columns, form_of
+from record.log.blocks.tick_forms import TICK, FormBook
 from record.log.reader import TopicMessage
 from record.log.recording import STACKS
 from record.log.salvage import DAMAGE
-from record.log.tick_message import LAYOUT, decode_tick
+from record.log.tick_message import LAYOUT, TICK_DEFINITIONS, decode_tick
 
 _DIAGONAL = [0, 2, 5]  # of a covariance whose lower half is kept row by row
 _JOINTS = (
@@ -208,6 +208,45 @@ def stack_messages(
         arrays = {name: values[kept] for name, values in arrays.items()}
     in_order = tuple(tick for _, tick in sorted(sensed.items()))
     return StackedTicks(arrays, kept, in_row, tuple(broken), in_order)
+
+
+class SensedMessage(NamedTuple):
+    """What an estimator needs of a tick's message.
+
+    Attributes:
+        number: That of the tick.
+        tick: What was sensed in it.
+        estimate_at: Where its estimate begins, counted from behind the header.
+    """
+
+    number: int
+    tick: SensedTick
+    estimate_at: int
+
+
+def sensed_messages(
+    messages: Sequence[bytes], machine: MachineNames, book: FormBook
+) -> list[SensedMessage]:
+    """Return what was sensed in ticks of today's layout.
+
+    Args:
+        messages: The ticks.
+        machine: Names of joints and legs.
+        book: Forms met so far in this log; learns new ones.
+
+    Raises:
+        ValueError: One is damaged.
+    """
+    sensed: dict[int, SensedMessage] = {}
+    for places, columns in book.groups(messages, machine):
+        index, begin = columns.of("index").tolist(), columns.form.begins["estimate"]
+        for place, number, tick in zip(places.tolist(), index, _sensed(columns), strict=True):
+            sensed[place] = SensedMessage(number, tick, begin)
+    for place, data in enumerate(messages):
+        if place not in sensed:
+            whole, form = decode_tick(data), form_of(data, TICK_DEFINITIONS, TICK)
+            sensed[place] = SensedMessage(whole.index, whole.sensed, form.begins["estimate"])
+    return [sensed[place] for place in range(len(messages))]
 
 
 def _faults(columns: Columns) -> list[tuple[Fault, ...]]:

@@ -1,0 +1,63 @@
+"""The estimator of a long log, replayed in a process of its own beside the one that replays the controller.
+
+No command depends on the estimate. So the two can be compared with the log apart: the controller from the
+recorded inputs, the estimator from what the log says was sensed. If both are the same in every bit, what
+was sensed is what the controller senses today, and together they are the replay of the whole. If anything
+differs, nothing is concluded from it: the log is then replayed tick by tick.
+"""
+
+import os
+from collections.abc import Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+
+from gap.worker_pool import worker_pool
+from record.log.blocks.tick_columns import sensed_messages
+from record.log.blocks.tick_forms import FormBook
+from record.log.reader import LogContents, TopicMessage, read_tick_messages
+from record.log.tick_message import LAYOUT, decode_tick, estimates_the_same
+from robot.config.robot_file import RobotConfig
+from robot.control.estimator_stage import TickEstimator
+
+LEAST_BYTES = 50_000_000  # of a file; a shorter log is done before the process pays for its start
+BLOCK_TICKS = 256
+
+
+def worth_a_process(path: Path, first: TopicMessage) -> bool:
+    """Whether a log is long enough, of today's layout, and this computer has a second core."""
+    several = (os.cpu_count() or 1) > 1
+    return several and first.layout == LAYOUT and path.stat().st_size >= LEAST_BYTES
+
+
+@contextmanager
+def estimator_beside(path: Path, config: RobotConfig) -> Iterator["Future[int]"]:
+    """Replay the estimator in another process; the result is that of ``estimates_as_recorded``."""
+    with worker_pool(1) as pool:
+        yield pool.submit(estimates_as_recorded, path, config)
+
+
+def estimates_as_recorded(path: Path, config: RobotConfig) -> int:
+    """Return how many ticks of a log, from the first on, have the recorded estimate in every bit.
+
+    Args:
+        path: A log of today's layout.
+        config: The robot that the estimator uses.
+
+    Raises:
+        RecordError: The log cannot be read.
+        ConfigError: The robot has other legs than the log.
+    """
+    contents, estimator, book = LogContents(), TickEstimator(config), FormBook()
+    messages = (message.data for message in read_tick_messages(path, contents))
+    count = 0
+    while block := list(islice(messages, BLOCK_TICKS)):
+        machine = contents.machine(decode_tick(block[0]))
+        for data, (number, tick, begin) in zip(
+            block, sensed_messages(block, machine, book), strict=True
+        ):
+            if number != count or not estimates_the_same(estimator.step(tick), data, begin):
+                return count
+            count += 1
+    return count
