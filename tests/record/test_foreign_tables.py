@@ -15,6 +15,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from model.errors import RecordError
+from record.trial.csv_file import write_csv
+from record.trial.parquet_file import write_parquet
 from record.trial.table_file import TableColumn, open_table, read_table
 from record.trial.table_writer import table_writer, write_even_table, write_table
 
@@ -242,6 +244,13 @@ def test_the_same_name_size_and_time_stamp_is_read_again(tmp_path: Path) -> None
         write_even_table(path, [TableColumn("a", np.full(100, value))])
         os.utime(path, (1_700_000_000, 1_700_000_000))
         assert read_table(path).numbers("a")[0] == value
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_full_disk_is_an_error_of_the_system() -> None:
+    for write in (write_parquet, write_csv):
+        with pytest.raises(OSError, match=r"^No space left on device$"):
+            write(Path("/dev/full"), ["a"], [np.arange(3.0)])
 
 
 def test_no_thread_is_started_and_a_forked_process_reads(tmp_path: Path) -> None:
