@@ -232,7 +232,7 @@ def prepare() -> None:
 PRELOADED = (
     "robot.cli.main", "robot.drive.drive", "robot.report.show", "robot.replay.command",
     "robot.odometry.command", "robot.virtual.open", "gap.diagnosis.diagnose", "record.log.reader",
-    "matplotlib.figure", "scipy.optimize", "pyarrow.parquet", "pyarrow.csv", "mujoco",
+    "matplotlib.figure", "scipy.optimize", "duckdb", "mujoco",
 )  # fmt: skip
 
 

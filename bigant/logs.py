@@ -19,6 +19,7 @@ from record.log.export import export_table
 from record.log.reader import LogContents
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig, parse_robot
+from robot.console.installed import how_to_install
 from robot.gap_report.imports import imported, lines_of_one
 from robot.requests.recorded import ImportRequest
 
@@ -77,11 +78,15 @@ class Log(Recording):
                 truth, loop, raw. None of them: joints, forces and truth.
 
         Raises:
-            ConfigError: There is no such group.
+            ConfigError: There is no such group, or pyarrow, whose table it is, is not installed.
             RecordError: The file cannot be read.
         """
-        from pyarrow import parquet
-
+        try:
+            from pyarrow import parquet
+        except ImportError as error:
+            raise ConfigError(
+                "table", f"needs pyarrow; install it with: {how_to_install('arrow')}"
+            ) from error
         chosen = check_groups(",".join(groups)) if groups else USUAL_GROUPS
         with TemporaryDirectory() as folder:
             out = Path(folder) / "ticks.parquet"

@@ -19,7 +19,8 @@ from record.log.recording import LEGS, Stack, follow
 from record.log.tum import TumFile
 from record.trial.header import TrialHeader, joints_of, kind_of, legs_of
 from record.trial.header_file import parse_header, parse_toml, write_header
-from record.trial.table_file import TableColumn, check_suffix, copy_table, table_writer
+from record.trial.table_file import TableColumn, check_suffix
+from record.trial.table_writer import copy_table, table_writer
 from record.trial.trial import BODY_ANGLES
 from record.trial.trial import COLUMNS as TRIAL_COLUMNS
 

@@ -25,8 +25,8 @@ from record.trial.table_file import (
     check_suffix,
     column_names,
     read_table,
-    write_table,
 )
+from record.trial.table_writer import write_table
 
 BODY_POSITION = ("body_x_m", "body_y_m", "body_z_m")
 IMU = ("imu_yaw_rate_rad_s", "imu_roll_rad", "imu_pitch_rad")

@@ -12,11 +12,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-import pyarrow as pa
-import pyarrow.parquet as pq
-
 from model.errors import BigantError
 from record.trial.header_file import header_text
+from record.trial.table_writer import write_even_table
 from record.trial.trial import Trial
 from record.whole_file import whole_file
 from robot.campaign.plan import CampaignScenario, draw_cases, reference_seeds
@@ -96,13 +94,8 @@ def _write(trial: Trial, out: Path) -> None:
     ):
         with _stamped(path) as part:
             part.write_bytes(text.encode())
-    columns = trial.columns()
-    table = pa.table([pa.array(c.values) for c in columns], names=[c.name for c in columns])
     with _stamped(out) as part:
-        # compression and dictionaries would make the size depend on the content
-        pq.write_table(
-            table, part, compression="none", use_dictionary=False, write_statistics=False
-        )
+        write_even_table(part, trial.columns())
 
 
 @contextmanager

@@ -107,6 +107,14 @@ def test_a_table_has_the_columns_of_the_export(walked: bigant.Log) -> None:
         walked.table("elbows")
 
 
+def test_a_table_without_pyarrow_says_what_to_install(
+    walked: bigant.Log, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(bigant.BigantError, match=r"needs pyarrow; install it with: .*arrow"):
+        walked.table("joints")
+
+
 def test_a_table_of_a_lab_becomes_a_log_with_notes(walked: bigant.Log, tmp_path: Path) -> None:
     trial = bigant.walk_trial(cycles=0.2, frequency_hz=FREQUENCY_HZ)
     names = [f"their_{leg}" for leg in trial.header.joints]

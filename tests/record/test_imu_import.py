@@ -15,7 +15,8 @@ from record.log.blocks.read import read_log
 from record.log.from_trial import write_trial_log
 from record.log.reader import read_ticks
 from record.log.writer import LogWriter
-from record.trial.table_file import TableColumn, write_table
+from record.trial.table_file import TableColumn
+from record.trial.table_writer import write_table
 from record.trial.trial import IMU, Trial, read_trial
 from robot.cli import main as cli
 from robot.console.exit_codes import ExitCode

@@ -121,9 +121,9 @@ def test_the_files_are_those_of_the_sheet(tmp_path: Path) -> None:
     )
     write_trial(build_trial(header, columns), tmp_path / "bench.csv")
     assert (tmp_path / "bench.csv").read_text() == (
-        '"time_s","command_arm_rad","pwm_arm","torque_wrist_nm"\n'
-        "0,0.5,-1,0.1\n"
-        "0.01,,1,0.2\n"
+        "time_s,command_arm_rad,pwm_arm,torque_wrist_nm\n"
+        "0.0,0.5,-1.0,0.1\n"
+        "0.01,,1.0,0.2\n"
     )  # fmt: skip
     assert (tmp_path / "bench.toml").read_text() == (
         '[trial]\nrobot = "machine.toml"\ngait = ""\nfrequency_hz = 0.1\n'
@@ -240,11 +240,11 @@ WRONG_TABLE = {
     "shaft_HL_rad\n0\n": r"has no column time_s",
     "time_s,time_s\n0,0\n": r"two columns time_s",
     "time_s,shaft_XX_rad\n0,0\n": r"shaft_XX_rad: no column of a trial of joints HL.*bigant import",
-    "time_s,pwm_HL\n0,full\n": r"cannot be read: .*full",
+    "time_s,pwm_HL\n0,full\n": r"pwm_HL holds text that is no number, 'full'",
     "time_s,pwm_HL\n0,1\n0,2\n": r"does not increase everywhere; repair it: bigant import",
     "time_s,pwm_HL\n1,1\n0,2\n": r"does not increase everywhere",
     "time_s,pwm_HL\n,1\n1,2\n": r"does not increase everywhere",
-    "time_s,pwm_HL\n0\n": r"cannot be read: .*Expected 2 columns",
+    "time_s,pwm_HL\n0\n": r"cannot be read: line 2 has 1 fields, and the first line 2",
 }
 
 

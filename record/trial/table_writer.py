@@ -1,0 +1,144 @@
+"""Tables as Parquet and CSV files: written at once, or block by block in bounded memory."""
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import RecordError
+from record.trial.csv_file import join_csv, write_csv
+from record.trial.database import DatabaseError
+from record.trial.parquet_file import join_parquet, parquet_table, write_even_parquet, write_parquet
+from record.trial.table_file import TableColumn, check_suffix
+from record.whole_file import whole_file
+
+BLOCK_ROWS = 10_000  # in memory at once: a table may be larger than what memory there is
+
+
+class TableWriter:
+    """Writes a table block by block; made by ``table_writer``.
+
+    Rows that are no longer held in memory wait in files of their own for the end.
+    """
+
+    def __init__(self, out: Path, folder: Path) -> None:
+        self.rows = 0
+        self._out = out
+        self._folder = folder
+        self._held: list[Sequence[TableColumn]] = []
+        self._held_rows = 0
+        self._parts: list[Path] = []
+
+    def write(self, columns: Sequence[TableColumn]) -> None:
+        """Write the next rows; every block has the same columns."""
+        count = len(columns[0].values) if columns else 0
+        self._held.append(columns)
+        self._held_rows += count
+        self.rows += count
+        if self._held_rows >= BLOCK_ROWS:
+            self._put_away()
+
+    def _names(self) -> list[str]:
+        return [column.name for column in self._held[0]]
+
+    def _arrays(self) -> list[NDArray[Any]]:
+        return [
+            np.concatenate([column.values for column in same])
+            for same in zip(*self._held, strict=True)
+        ]
+
+    def _put_away(self) -> list[str]:
+        names = self._names()
+        part = self._folder / f"{len(self._parts)}.parquet"
+        write_parquet(part, names, self._arrays())
+        self._parts.append(part)
+        self._held, self._held_rows = [], 0
+        return names
+
+    def finish(self) -> None:
+        """Write the file."""
+        if not self._parts and self._held:
+            _write(self._out, self._names(), self._arrays())
+        elif self._parts:
+            if self._held:
+                self._put_away()
+            _join(self._parts, self._out, parquet_table(self._parts[0]).names)
+
+
+def _write(out: Path, names: Sequence[str], arrays: Sequence[NDArray[Any]]) -> None:
+    (write_csv if out.suffix == ".csv" else write_parquet)(out, names, arrays)
+
+
+def _join(parts: Sequence[Path], out: Path, names: Sequence[str]) -> None:
+    (join_csv if out.suffix == ".csv" else join_parquet)(parts, out, names)
+
+
+@contextmanager
+def _whole_table(path: Path) -> Iterator[Path]:
+    """Yield the name to write to, as ``whole_file`` does."""
+    check_suffix(path)
+    with whole_file(path) as part:
+        try:
+            yield part
+        except DatabaseError as error:
+            raise RecordError(f"{path} cannot be written: {error}") from error
+
+
+@contextmanager
+def table_writer(path: Path) -> Iterator[TableWriter]:
+    """Yield a writer of a table; the file appears under its name when the block is done.
+
+    Args:
+        path: A .parquet or .csv file.
+
+    Raises:
+        RecordError: It is neither, or cannot be written.
+    """
+    with (
+        _whole_table(path) as part,
+        tempfile.TemporaryDirectory(prefix=f".{path.stem}.", dir=path.parent) as folder,
+    ):
+        writer = TableWriter(part, Path(folder))
+        yield writer
+        writer.finish()
+
+
+def write_table(path: Path, columns: Sequence[TableColumn]) -> None:
+    """Write a table at once.
+
+    Raises:
+        RecordError: The file cannot be written.
+    """
+    with _whole_table(path) as part:
+        _write(part, [c.name for c in columns], [c.values for c in columns])
+
+
+def write_even_table(part: Path, columns: Sequence[TableColumn]) -> None:
+    """Write columns of numbers to a .parquet file whose size does not depend on their values.
+
+    Args:
+        part: The file, as it is: what is there is lost.
+        columns: Columns of floats.
+
+    Raises:
+        RecordError: It cannot be written so.
+        OSError: It cannot be written.
+    """
+    try:
+        write_even_parquet(part, [c.name for c in columns], [c.values for c in columns])
+    except DatabaseError as error:
+        raise RecordError(f"{part} cannot be written: {error}") from error
+
+
+def copy_table(path: Path, out: Path, names: Sequence[str]) -> None:
+    """Copy some columns of a Parquet file into another table, in bounded memory.
+
+    Raises:
+        RecordError: The file cannot be written.
+    """
+    with _whole_table(out) as part:
+        _join([path], part, names)
