@@ -1,6 +1,8 @@
 """Counts of the servos to angles, speeds and currents in the leg's sense, and angles to counts. Pure."""
 
+from collections.abc import Sequence
 from functools import cache
+from math import isfinite
 
 import numpy as np
 
@@ -28,10 +30,18 @@ def angle_to_ticks(angle_rad: FloatArray, sign: IntArray, zero: IntArray) -> Int
     Raises:
         ValueError: An angle is not a number; it has no position.
     """
-    if not np.isfinite(angle_rad).all():
+    angles = angle_rad.tolist()
+    if not all(map(isfinite, angles)):
         raise ValueError("an angle is not a number and has no position")
-    ticks: IntArray = np.rint(zero + _signed(angle_rad, sign) / TICK_RAD).astype(np.int64)
-    return ticks
+    return np.array(nearest_ticks(angles, sign.tolist(), zero.tolist()), dtype=np.int64)
+
+
+def nearest_ticks(
+    angle_rad: Sequence[float], sign: Sequence[int], zero: Sequence[int]
+) -> list[int]:
+    """Return the same as plain numbers, N of them: half a dozen are rounded sooner one by one."""
+    mounted = zip(angle_rad, sign, zero, strict=True)
+    return [round(at + turned * angle / TICK_RAD) for angle, turned, at in mounted]
 
 
 def _signed(values: FloatArray | IntArray, sign: IntArray) -> FloatArray:

@@ -38,12 +38,12 @@ class Protection:
         """Return the bits of Hardware Error Status that hold now."""
         i = self._index
         error = 0
-        volts = motors.supply_v[i] / VOLTAGE_UNIT_V
+        volts = motors.supply_v.item(i) / VOLTAGE_UNIT_V
         if not table.get("min_voltage_limit") <= volts <= table.get("max_voltage_limit"):
             error |= HardwareError.INPUT_VOLTAGE
-        if motors.temperature_c[i] > table.get("temperature_limit"):
+        if motors.temperature_c.item(i) > table.get("temperature_limit"):
             error |= HardwareError.OVERHEATING
-        if not torque or abs(motors.current_a[i]) < self._limit_a:
+        if not torque or abs(motors.current_a.item(i)) < self._limit_a:
             self._since_ns = None
         elif self._since_ns is None:
             self._since_ns = t_ns
