@@ -36,11 +36,13 @@ def _rows(
 ) -> list[tuple[float, ...]]:
     """The same as plain numbers, a row a leg: six rows are done sooner one by one."""
     counts: list[list[int]] = record.counts.tolist()
-    heard = (record.present & ~record.saturated).tolist()
+    present, saturated = record.present.tolist(), record.saturated.tolist()
     sensed: list[tuple[float, ...]] = [UNKNOWN] * len(settings.names)
     numbered = zip(settings.transducers.tolist(), calibrations, strict=False)
     for leg, (number, calibration) in enumerate(numbered):
-        if calibration is None or number < 1 or not heard[number - 1]:
+        if calibration is None or number < 1:
+            continue
+        if not present[number - 1] or saturated[number - 1]:
             continue
         n, nm = calibration.counts_per_n, calibration.counts_per_nm
         fx, fy, fz, tx, ty, tz = counts[number - 1]
