@@ -168,9 +168,8 @@ class ServoBus:
         self._poll_hardware_error(answers)
         age_ns = [NEVER if seen_ns == NEVER else t_ns - seen_ns for seen_ns in self._seen_ns]
         duty, current, velocity, position, voltage, temperature = loop_columns(answers)
-        error_byte, hardware_error, age = readonly(
-            np.array([[answer.error for answer in answers], self._hardware_error, age_ns])
-        )
+        others = [*(answer.error for answer in answers), *self._hardware_error, *age_ns]
+        error_byte, hardware_error, age = readonly(np.array(others).reshape(3, len(answers)))
         return ServoReadings(
             t_ns=t_ns,
             position_ticks=self._unshifted(position, valid),

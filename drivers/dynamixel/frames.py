@@ -196,12 +196,12 @@ class FrameParser:
 
     def _next(self) -> Frame | BadFrame | None:
         buffer = self._buffer
-        start = buffer.find(HEADER)
-        if start < 0:
+        if not buffer.startswith(HEADER):
+            start = buffer.find(HEADER)
+            if start > 0:
+                return self._drop(start, OUTSIDE)
             surplus = len(buffer) - LARGEST_LENGTH
             return self._drop(LARGEST_LENGTH, OUTSIDE) if surplus > len(HEADER) else None
-        if start > 0:
-            return self._drop(start, OUTSIDE)
         if len(buffer) < _FIXED:
             return None
         length = buffer[5] | buffer[6] << 8

@@ -4,6 +4,7 @@ Six numbers are taken from bytes sooner one by one than as arrays. Everything he
 """
 
 from collections.abc import Sequence
+from itertools import chain
 from struct import Struct
 
 import numpy as np
@@ -42,5 +43,7 @@ _LAYOUT = _layout(LOOP_REGISTERS)
 def loop_columns(answers: Sequence[ServoAnswer]) -> IntArray:
     """Return ``LOOP_REGISTERS`` of every answer, 0 where there is none, a row a register, (6, N) int64."""
     rows = [_LAYOUT.unpack(NOTHING_READ if data is None else data) for data, _, _ in answers]
-    columns: IntArray = readonly(np.array(list(zip(*rows, strict=True)), dtype=np.int64))
-    return columns
+    numbers = chain.from_iterable(zip(*rows, strict=True))
+    columns = np.fromiter(numbers, np.int64, len(LOOP_REGISTERS) * len(rows))
+    table: IntArray = readonly(columns.reshape(len(LOOP_REGISTERS), len(rows)))
+    return table

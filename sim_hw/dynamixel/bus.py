@@ -242,9 +242,10 @@ class VirtualServoBus:
 
     def replies(self, t_ns: int) -> bytes:
         """Return the bytes of all replies complete by a time."""
-        if not self._replies or self._replies[0].t_ns > t_ns:
+        replies = self._replies
+        if not replies or replies[0].t_ns > t_ns:
             return b""
-        return b"".join(reply.data for reply in self.due(t_ns))
+        return b"".join([reply.data for reply in self.due(t_ns)])
 
     def due(self, t_ns: int) -> list[Reply]:
         """Return all replies complete by a time, each by itself."""
@@ -258,7 +259,7 @@ class VirtualServoBus:
         sent: list[tuple[int, bytes]] = []  # when it begins, what
         for servo, error, data in answers:
             frame = build_status(servo_id, error | (ALERT if servo.alert else 0), data)
-            delay_ns = round(servo.table.get("return_delay_time") * RETURN_DELAY_UNIT_S * 1e9)
+            delay_ns = round(servo.table.values["return_delay_time"] * RETURN_DELAY_UNIT_S * 1e9)
             sent.append((self._wire_free_ns + delay_ns + self._work_ns, frame))
         while sent:
             start_ns, frame = sent.pop(0)
@@ -324,11 +325,11 @@ class VirtualServoBus:
         for servo_id, address, length in _reads(frame):
             if servo_id not in by_id and self._silent.get(servo_id, False):
                 return
-            answers = [
-                (servo, *servo.read(address, length, t_ns, motors))
-                for servo in by_id.get(servo_id, ())
-                if servo.table.get("status_return_level") >= 1
-            ]
+            answers: list[ServoReply] = []
+            for servo in by_id.get(servo_id, ()):
+                if servo.table.values["status_return_level"] >= 1:
+                    error, data = servo.read(address, length, t_ns, motors)
+                    answers.append((servo, error, data))
             self._send(servo_id, answers, baud_rate)
 
 

@@ -67,6 +67,7 @@ class ControlTable:
 
     Attributes:
         model: Its model.
+        values: By name, as the bytes have them, of all registers but what is measured; only to be read.
     """
 
     def __init__(
@@ -84,8 +85,7 @@ class ControlTable:
         self._cover, self._pointers, self._whole = _places(model)
         self._memory = bytearray(self._size)
         self._measured_at, self._layout, self._measured = _measured(model)
-        # of all registers but what is measured, as the bytes have them
-        self._values: dict[str, int] = {}
+        self.values: dict[str, int] = {}
         self._plain_to = min(self._pointers, default=self._size)  # no indirect data before it
         for register in model.table:
             self.set(register.name, register.initial or 0)
@@ -101,7 +101,7 @@ class ControlTable:
 
     def get(self, name: str) -> int:
         """Return a register's value."""
-        value = self._values.get(name)
+        value = self.values.get(name)
         return self._decoded(self._registers[name]) if value is None else value
 
     def _decoded(self, register: Register) -> int:
@@ -109,12 +109,12 @@ class ControlTable:
 
     def set(self, name: str, value: int) -> None:
         """Set a register from inside the firmware; no rule applies."""
-        if self._values.get(name) == value:
+        if self.values.get(name) == value:
             return
         register = self._registers[name]
         self._memory[register.address : register.end] = register.encode(value)
         if name not in self._measured:
-            self._values[name] = value
+            self.values[name] = value
 
     def put_measured(self, *values: int) -> None:
         """Set all that is measured, from ``realtime_tick`` on, in the order of the addresses."""
@@ -220,5 +220,5 @@ class ControlTable:
     def _renew(self, target: int) -> str:
         """Take the value of the register at an address from its bytes; return its name."""
         register = self._cover[target]
-        self._values[register.name] = self._decoded(register)
+        self.values[register.name] = self._decoded(register)
         return register.name

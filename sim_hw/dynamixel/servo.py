@@ -98,17 +98,17 @@ class VirtualServo:
     @property
     def servo_id(self) -> int:
         """Dynamixel id."""
-        return self.table.get("id")
+        return self.table.values["id"]
 
     @property
     def shadow_id(self) -> int:
         """Secondary id, above 252 when there is none."""
-        return self.table.get("secondary_id")
+        return self.table.values["secondary_id"]
 
     @property
     def alert(self) -> bool:
         """Whether a hardware error is latched."""
-        return self.table.get("hardware_error_status") != 0
+        return self.table.values["hardware_error_status"] != 0
 
     def identity(self) -> bytes:
         """Return what a ping is answered with: model number and firmware version."""
@@ -130,11 +130,11 @@ class VirtualServo:
 
     def check(self, t_ns: int, motors: MotorReadings) -> None:
         """Look after the watchdog and the protections, with the motors as they are now."""
-        units = self.table.get("bus_watchdog")
-        if units > 0 and self._torque and t_ns - self._heard_ns > units * WATCHDOG_UNIT_S * 1e9:
+        units, torque = self.table.values["bus_watchdog"], self._torque
+        if units > 0 and torque and t_ns - self._heard_ns > units * WATCHDOG_UNIT_S * 1e9:
             self.table.set("bus_watchdog", -1)
             self._stop_motor()
-        error = self._protection.errors(self.table, t_ns, motors, torque=self._torque)
+        error = self._protection.errors(self.table.values, t_ns, motors, torque=torque)
         if error:
             latched = self.table.get("hardware_error_status") | error
             self.table.set("hardware_error_status", latched)
@@ -242,9 +242,9 @@ class VirtualServo:
 
     def understands(self, baud_code: int | None, t_ns: int) -> bool:
         """Whether it has started and understands what is on the wire."""
-        get = self.table.get
-        awake = t_ns >= self._awake_ns and get("protocol_type") == PROTOCOL
-        return awake and get("baud_rate") == baud_code
+        values = self.table.values
+        awake = t_ns >= self._awake_ns and values["protocol_type"] == PROTOCOL
+        return awake and values["baud_rate"] == baud_code
 
     def restart(self, t_ns: int) -> None:
         """Begin as after power-up: RAM, turns and torque are lost, EEPROM is kept; deaf for a while."""
@@ -293,7 +293,7 @@ class VirtualServo:
     @property
     def _sense(self) -> int:
         """-1 where Drive Mode reverses every signed register but the homing offset."""
-        return -1 if self.table.get("drive_mode") & REVERSE else 1
+        return -1 if self.table.values["drive_mode"] & REVERSE else 1
 
     def _shaft(self) -> float:
         """The continuous encoder in the world's own sense, before rounding [ticks]."""
@@ -306,8 +306,8 @@ class VirtualServo:
     @property
     def _offset(self) -> int:
         """Present position minus what the encoder counts: homing offset, and turns forgotten."""
-        offset = self.table.get("homing_offset")
-        if self.table.get("operating_mode") == POSITION:
+        offset = self.table.values["homing_offset"]
+        if self.table.values["operating_mode"] == POSITION:
             limit = LARGEST_OFFSET_IN_POSITION_MODE
             offset = max(-limit, min(limit, offset))
         return offset - self._rebase_ticks
@@ -389,7 +389,7 @@ class VirtualServo:
     @property
     def _moving_rad_s(self) -> float:
         """A shaft that is faster is moving."""
-        return self.table.get("moving_threshold") * VELOCITY_UNIT_RAD_S
+        return self.table.values["moving_threshold"] * VELOCITY_UNIT_RAD_S
 
     def _measure(self, t_ns: int, motors: MotorReadings) -> None:
         """Fill the registers of what is measured."""
