@@ -115,11 +115,13 @@ class ForceScales:
         sensed = _rows(record, self._calibrations, self._settings)
         if self._settings.calibration is not None:
             sensed = foot_wrenches(np.array(sensed), self._settings, angle_rad).tolist()
-        forces, valid = [], []
+        forces: list[float] = []
+        valid = []
         for (fx, fy, fz, *_), (c, s, up, (bx, by, bz)) in zip(sensed, self._mounting, strict=True):
             x, y = fx - bx, up * (fy - by)
             force = (c * x - s * y, s * x + c * y, up * (fz - bz))
             whole = isfinite(force[0] + force[1] + force[2])
-            forces.append(force if whole else NO_FORCE)
+            forces += force if whole else NO_FORCE
             valid.append(whole)
-        return FootForces(record.t_ns, readonly(np.array(forces)), readonly(np.array(valid)))
+        force_n = readonly(np.array(forces).reshape(-1, 3))
+        return FootForces(record.t_ns, force_n, readonly(np.array(valid)))

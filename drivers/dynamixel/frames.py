@@ -12,7 +12,7 @@ header can appear by chance.
 import enum
 import struct
 from array import array
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -81,12 +81,17 @@ def _crc_of_pairs() -> "array[int]":
 _CRC_OF_PAIRS = _crc_of_pairs()
 
 
+@cache
+def _pairs(size: int) -> struct.Struct:
+    return struct.Struct(f">{size // 2}H")
+
+
 @lru_cache(maxsize=64)  # the loop's own requests are the same in every tick
 def crc16(data: bytes) -> int:
     """CRC-16, polynomial 0x8005, initial 0, most significant bit first; check value 0xFEE8."""
     even = data if len(data) % 2 == 0 else b"\0" + data  # zeros in front change nothing
     crc = 0
-    for pair in struct.unpack(f">{len(even) // 2}H", even):
+    for pair in _pairs(len(even)).unpack(even):
         crc = _CRC_OF_PAIRS[crc ^ pair]
     return crc
 

@@ -67,11 +67,12 @@ def joint_state(readings: ServoReadings, settings: ServoBusSettings) -> JointSta
     """
     valid = readings.valid
     # all at once: one by one these are thirty calls of numpy on six numbers each
-    counts = np.array([
+    counts = np.concatenate((
         readings.position_ticks - settings.zeros, readings.velocity_counts, readings.current_counts,
         readings.duty_counts, readings.voltage_counts, readings.temperature_c,
-    ])  # fmt: skip
-    rows = counts * _units(settings)
+    ))  # fmt: skip
+    units = _units(settings)
+    rows = counts.reshape(units.shape) * units
     rows[DUTY] /= DUTY_FULL
     if False in valid.tolist():
         rows[:, ~valid] = np.nan

@@ -80,7 +80,7 @@ class ServoRequests(PacketHandler):
         if len({servo_id for servo_id, _ in items}) != len(items):
             raise ValueError("a sync write takes each id once")
         parameters = _span(address, len(items[0][1]))
-        parameters += b"".join(bytes([servo_id]) + data for servo_id, data in items)
+        parameters += b"".join([bytes((servo_id,)) + data for servo_id, data in items])
         frame = build_instruction(BROADCAST_ID, Instruction.SYNC_WRITE, parameters)
         return self.send(frame)
 

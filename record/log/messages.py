@@ -11,7 +11,6 @@ from math import cos, isfinite, sin
 
 import numpy as np
 
-from model.motion.se2 import quaternion_of
 from model.values.arrays import FloatArray
 from model.values.estimate import Estimate
 from model.values.readings import BodyTruth, ImuRecord
@@ -101,7 +100,8 @@ def planar_pose(unix_ns: int, pose: Estimate | DeadReckoning) -> tuple[bytes, by
         from ``odom`` to ``base_link``.
     """
     (x, y), (vx, vy, yaw_rate) = pose.position_m.tolist(), pose.velocity_B.tolist()
-    place = _POSE.pack(x, y, 0.0, *quaternion_of(pose.yaw_rad).tolist())
+    half = pose.yaw_rad / 2
+    place = _POSE.pack(x, y, 0.0, 0.0, 0.0, np.sin(half), np.cos(half))  # a turn about z
     of_pose = of_twist = NO_COVARIANCE
     if isinstance(pose, Estimate):
         of_pose, of_twist = _covariance(pose.pose_covariance), _covariance(pose.twist_covariance)

@@ -182,30 +182,35 @@ class ControlTable:
         return self._check(register, bytes(made))
 
     def _locked(self, register: Register) -> bool:
-        return register.eeprom and self.get("torque_enable") == 1
+        return register.eeprom and self.values["torque_enable"] == 1
 
     def _check(self, register: Register, data: bytes) -> StatusError:
         if not register.writable or self._locked(register):
             return StatusError.ACCESS
-        value = register.decode(data)
-        limit = LIMITED_BY.get(register.name)
-        if limit is not None and abs(value) > self.get(limit):
+        value, name, values = register.decode(data), register.name, self.values
+        limit = LIMITED_BY.get(name)
+        if limit is not None and abs(value) > values[limit]:
             return StatusError.DATA_LIMIT
-        lowest = 0 if register.name == "bus_watchdog" else register.minimum
+        lowest = 0 if name == "bus_watchdog" else register.minimum
         if not lowest <= value <= register.maximum:
             return StatusError.DATA_RANGE
-        if register.name == "operating_mode" and value not in self.model.modes:
+        if name == "operating_mode" and value not in self.model.modes:
             return StatusError.DATA_RANGE
-        if register.name.startswith("goal_") and self.get("bus_watchdog") == -1:
+        if name.startswith("goal_") and values["bus_watchdog"] == -1:
             return StatusError.DATA_RANGE  # a tripped watchdog takes no goals until it is cleared
-        if register.name == "goal_position" and self.get("operating_mode") == 3:
-            low, high = self.get("min_position_limit"), self.get("max_position_limit")
+        if name == "goal_position" and values["operating_mode"] == 3:
+            low, high = values["min_position_limit"], values["max_position_limit"]
             return StatusError.NONE if low <= value <= high else StatusError.DATA_LIMIT
         return StatusError.NONE
 
     def write(self, address: int, data: bytes) -> list[str]:
         """Do a write that has been checked; return the names of the registers it touched."""
         end = address + len(data)
+        register = self._whole.get((address, len(data)))
+        if register is not None:
+            self._memory[address:end] = data
+            self.values[register.name] = register.decode(data)
+            return [register.name]
         if end <= self._plain_to:
             self._memory[address:end] = data
             begins = [at for at in range(address, end) if self._cover[at].address == at]

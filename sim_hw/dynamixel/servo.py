@@ -206,8 +206,11 @@ class VirtualServo:
         error = self.table.check_write(address, data)
         if error is not StatusError.NONE:
             return error
-        mode_before, torque_before = self.table.get("operating_mode"), self._torque
+        mode_before, torque_before = self.table.values["operating_mode"], self._torque
         touched = self.table.write(address, data)
+        if touched == GOAL_ONLY:
+            self._sync_goal()
+            return StatusError.NONE
         if "operating_mode" in touched and self.table.get("operating_mode") != mode_before:
             self._changed_mode()
         if "torque_enable" in touched:
@@ -219,10 +222,7 @@ class VirtualServo:
         if "bus_watchdog" in touched:
             self._loop["stopped"][self._index] = False
             self._heard_ns = t_ns
-        if touched == GOAL_ONLY:
-            self._sync_goal()
-        else:
-            self._sync_firmware()
+        self._sync_firmware()
         return StatusError.NONE
 
     def _register_write(self, address: int, data: bytes) -> StatusError:
@@ -359,12 +359,12 @@ class VirtualServo:
 
     def _sync_goal(self) -> None:
         """Copy the goal, and where times are given instead of speeds, what follows from it."""
-        loop, i, get = self._loop, self._index, self.table.get
+        loop, i, values = self._loop, self._index, self.table.values
         if not self._torque:
             loop["goal_position"][i] = loop["trajectory"][i] = self._shaft()
         elif not loop["stopped"][i]:
-            loop["goal_position"][i] = self._sense * (get("goal_position") - self._offset)
-        if get("drive_mode") & TIME_BASED:
+            loop["goal_position"][i] = self._sense * (values["goal_position"] - self._offset)
+        if values["drive_mode"] & TIME_BASED:
             self._plan_by_time()
 
     def _plan_by_time(self) -> None:
