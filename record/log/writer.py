@@ -156,7 +156,7 @@ class LogWriter:
         predicted_force = tick.contact.traction.force_B if estimate is None else estimate.force_B
         state = messages.joint_state(unix_ns, self._joints, joints.angle_rad, joints.rate_rad_s)
         wanted = messages.joint_state(unix_ns, self._joints, sent.angle_rad, sent.rate_rad_s)
-        said = [
+        published = [
             (TICK_TOPIC, encode_tick(tick)), ("/joint_states", state), ("/joint_commands", wanted),
         ]  # fmt: skip
         measured = messages.wrenches(unix_ns, tick.forces.force_n)
@@ -164,16 +164,16 @@ class LogWriter:
         for (topic, predicted_topic), one, other in zip(
             self._wrenches, measured, predicted, strict=True
         ):
-            said += ((topic, one), (predicted_topic, other))
+            published += ((topic, one), (predicted_topic, other))
         best = tick.dead_reckoning if estimate is None else estimate
-        said += zip(("/odom", "/tf"), messages.planar_pose(unix_ns, best), strict=True)
+        published += zip(("/odom", "/tf"), messages.planar_pose(unix_ns, best), strict=True)
         if estimate is not None:
             reckoned, _ = messages.planar_pose(unix_ns, tick.dead_reckoning)
-            said.append(("/odom_open_loop", reckoned))
+            published.append(("/odom_open_loop", reckoned))
         truth = tick.inputs.truth
         if truth is not None:
-            said.append(("/odom_truth", messages.truth_odometry(unix_ns, truth)))
-        self._put(unix_ns, said)
+            published.append(("/odom_truth", messages.truth_odometry(unix_ns, truth)))
+        self._put(unix_ns, published)
         if tick.inputs.imu:
             self._write_imu(tick.inputs.imu, unix_ns)
         if tick.t_ns >= self._next_diagnostics_ns:
@@ -185,18 +185,18 @@ class LogWriter:
             self._next_flush_ns = tick.t_ns + FLUSH_PERIOD_NS
             self._flush()
 
-    def _put(self, unix_ns: int, said: list[tuple[str, bytes]]) -> None:
+    def _put(self, unix_ns: int, published: list[tuple[str, bytes]]) -> None:
         """Write messages of this tick: topic and bytes of each."""
         channels = self._channels
-        put = [(channels[topic], data) for topic, data in said]
+        put = [(channels[topic], data) for topic, data in published]
         self._writer.add_messages(unix_ns, put, self._sequence)
 
     def _write_imu(self, readings: tuple[ImuRecord, ...], unix_ns: int) -> None:
         """Write readings with their own stamps; their topic begins with the first of them."""
         if IMU_TOPIC not in self._channels:
             self._add_topics(IMU_TYPE, IMU_DEFINITION, (IMU_TOPIC,))
-        said = [(IMU_TOPIC, messages.imu(one.t_ns + self._offset_ns, one)) for one in readings]
-        self._put(unix_ns, said)
+        published = [(IMU_TOPIC, messages.imu(one.t_ns + self._offset_ns, one)) for one in readings]
+        self._put(unix_ns, published)
 
     def _add_topics(self, kind: str, definition: str, names: tuple[str, ...]) -> None:
         schema = self._writer.register_schema(kind, "ros2msg", definition.encode("utf-8"))

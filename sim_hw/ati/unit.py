@@ -220,11 +220,14 @@ class VirtualWnet:
         over: list[int] = []  # slots of transducers that are saturated
         if beyond.any():
             over = self._slots[beyond.any(axis=1)].tolist()
+        bounds = bool(over)
         for row, slot in enumerate(self._slot_list):
             if self.state[slot].filter != USUAL_FILTER:
+                bounds = True  # what it remembers may have been beyond them
                 sensed[row] = self._filtered(self.state[slot], sensed[row])
-        bounded = np.minimum(np.maximum(sensed, -RATING), RATING)
-        counts[self._slots] = np.rint(bounded * COUNTS_PER_UNIT)
+        if bounds:
+            sensed = np.minimum(np.maximum(sensed, -RATING), RATING)
+        counts[self._slots] = np.rint(sensed * COUNTS_PER_UNIT)
         for slot in self._slot_list:
             bias = self.state[slot].bias
             if bias is not None:

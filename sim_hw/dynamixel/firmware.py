@@ -228,7 +228,8 @@ class FirmwareBank:
 
     def torque(self, index: int) -> bool:
         """Whether the output stage of one servo is on."""
-        return bool(self._torque[index])
+        on: bool = self._torque.item(index)
+        return on
 
     def at(self, index: int) -> LoopState:
         """Return what one servo reports of its loop."""

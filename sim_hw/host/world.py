@@ -114,7 +114,7 @@ class World:
             return
         compiled.run(count, self._steps, self._forces)
         self._steps += count
-        plant.foot_force_B = self._forces[self._steps % KEPT_STEPS].copy()
+        plant.foot_force_B = self._forces[self._steps % KEPT_STEPS]
 
     def _step(self) -> None:
         plant = self.plant

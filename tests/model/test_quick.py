@@ -34,7 +34,7 @@ def test_it_takes_the_same_arguments_and_stays_frozen() -> None:
     assert (one.first, one.second, one.third) == (1, "two", (3,))
     assert one == Quick(1, "two", (3,)) != Quick(2)
     assert replace(one, first=5) == Quick(5, "two", (3,))
-    assert pickle.loads(pickle.dumps(one)) == one  # noqa: S301 - our own bytes
+    assert pickle.loads(pickle.dumps(one)) == one
     with pytest.raises(FrozenInstanceError):
         one.first = 2  # type: ignore[misc]
     with pytest.raises(TypeError, match="missing 1 required positional argument: 'first'"):

@@ -21,15 +21,15 @@ def calls(seed: int, count: int) -> list[CALLS]:
         at_ns = 10**18 + int(
             random.integers(-(10**9), 10**9)
         )  # not in order: an IMU has its own stamps
-        said = tuple(
+        moments = tuple(
             (int(random.integers(1, len(TOPICS) + 1)), random.bytes(int(random.integers(0, 3000))))
             for _ in range(int(random.integers(0, 6)))
         )
-        made.append((at_ns, said, number, at_ns - number))
+        made.append((at_ns, moments, number, at_ns - number))
     return made
 
 
-def by_the_library(said: list[CALLS]) -> bytes:
+def by_the_library(moments: list[CALLS]) -> bytes:
     out = BytesIO()
     writer = Writer(
         out, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True
@@ -40,7 +40,7 @@ def by_the_library(said: list[CALLS]) -> bytes:
         writer.register_channel(topic, "cdr", schema, {"k": topic})
     writer.add_metadata("m", {"a": "1", "b": "\u00fc"})
     writer.add_attachment(1, 2, "robot.toml", "application/toml", b"text")
-    for number, (at_ns, messages, sequence, sent_ns) in enumerate(said):
+    for number, (at_ns, messages, sequence, sent_ns) in enumerate(moments):
         if number == 3:  # a topic that begins later
             late = writer.register_schema("late", "ros2msg", b"x" * 100)
             writer.register_channel(TOPICS[2], "cdr", late, {})
@@ -53,7 +53,7 @@ def by_the_library(said: list[CALLS]) -> bytes:
     return out.getvalue()
 
 
-def by_us(said: list[CALLS]) -> bytes:
+def by_us(moments: list[CALLS]) -> bytes:
     out = BytesIO()
     writer = McapFile(out)
     writer.start(profile="ros2", library="bigant")
@@ -62,7 +62,7 @@ def by_us(said: list[CALLS]) -> bytes:
         writer.register_channel(topic, "cdr", schema, {"k": topic})
     writer.add_metadata("m", {"a": "1", "b": "\u00fc"})
     writer.add_attachment(1, 2, "robot.toml", "application/toml", b"text")
-    for number, (at_ns, messages, sequence, sent_ns) in enumerate(said):
+    for number, (at_ns, messages, sequence, sent_ns) in enumerate(moments):
         if number == 3:
             late = writer.register_schema("late", "ros2msg", b"x" * 100)
             writer.register_channel(TOPICS[2], "cdr", late, {})
@@ -76,10 +76,10 @@ def by_us(said: list[CALLS]) -> bytes:
 
 @pytest.mark.parametrize(("seed", "count"), [(1, 0), (2, 1), (3, 40), (4, 400)])
 def test_the_bytes_are_those_of_the_library(seed: int, count: int) -> None:
-    said = calls(seed, count)
-    ours = by_us(said)
-    assert ours == by_the_library(said)
+    moments = calls(seed, count)
+    ours = by_us(moments)
+    assert ours == by_the_library(moments)
     read = list(make_reader(BytesIO(ours)).iter_messages(log_time_order=False))
     assert len(read) == sum(
-        channel < 3 or number >= 3 for number, one in enumerate(said) for channel, _ in one[1]
+        channel < 3 or number >= 3 for number, one in enumerate(moments) for channel, _ in one[1]
     )
