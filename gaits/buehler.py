@@ -52,15 +52,16 @@ class BuehlerClock(DelayedLegs):
         leg_phase = self.leg_phase(phase)
         cycle = np.floor(leg_phase)
         x = leg_phase - cycle  # share of the leg's own period, touchdown at 0
+        beyond = x - p.duty
         in_stance = x < p.duty
-        angle = np.where(in_stance, slow * x, sweep + fast * (x - p.duty))
+        angle = np.where(in_stance, slow * x, sweep + fast * beyond)
         slope = np.where(in_stance, slow, fast) + 0.0 * x
         curvature = np.zeros_like(angle)
         # where each lies, slopes before and after, and the angle there
         corners: tuple[tuple[FloatArray | float, FloatArray, FloatArray, FloatArray | float], ...]
         corners = ((p.duty, slow, fast, sweep), (0.0, fast, slow, 0.0), (1.0, fast, slow, TURN))
-        nearest = np.minimum(np.abs(x - p.duty), np.minimum(x, 1.0 - x))
-        if not (nearest < p.blend / 2).any():  # most of the time: nothing to round
+        nearest = np.minimum(np.abs(beyond), np.minimum(x, 1.0 - x))
+        if not nearest.min() < p.blend / 2:  # most of the time: nothing to round
             corners = ()
         for corner, before, after, at_corner in corners:
             near = np.abs(x - corner) < p.blend / 2

@@ -12,6 +12,7 @@ import numpy as np
 from model.errors import ConfigError
 from model.values.arrays import BoolArray, FloatArray
 from model.values.parameters import ClockParameters, LegParameters
+from model.values.quick import quick
 
 TURN = 2 * np.pi
 # Full steering shortens the stance sweep on the inner side and lengthens it outside by this share.
@@ -20,6 +21,7 @@ STEER_GAIN = 0.3
 SAMPLES = 720  # of a cycle, where a gait is searched
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class ShaftMotion:
     """Shaft motion by phase; every array is (..., N).

@@ -36,11 +36,13 @@ def _rows(
 ) -> list[tuple[float, ...]]:
     """The same as plain numbers, a row a leg: six rows are done sooner one by one."""
     counts: list[list[int]] = record.counts.tolist()
-    heard = (record.present & ~record.saturated).tolist()
+    present, saturated = record.present.tolist(), record.saturated.tolist()
     sensed: list[tuple[float, ...]] = [UNKNOWN] * len(settings.names)
     numbered = zip(settings.transducers.tolist(), calibrations, strict=False)
     for leg, (number, calibration) in enumerate(numbered):
-        if calibration is None or number < 1 or not heard[number - 1]:
+        if calibration is None or number < 1:
+            continue
+        if not present[number - 1] or saturated[number - 1]:
             continue
         n, nm = calibration.counts_per_n, calibration.counts_per_nm
         fx, fy, fz, tx, ty, tz = counts[number - 1]
@@ -113,11 +115,13 @@ class ForceScales:
         sensed = _rows(record, self._calibrations, self._settings)
         if self._settings.calibration is not None:
             sensed = foot_wrenches(np.array(sensed), self._settings, angle_rad).tolist()
-        forces, valid = [], []
+        forces: list[float] = []
+        valid = []
         for (fx, fy, fz, *_), (c, s, up, (bx, by, bz)) in zip(sensed, self._mounting, strict=True):
             x, y = fx - bx, up * (fy - by)
             force = (c * x - s * y, s * x + c * y, up * (fz - bz))
             whole = isfinite(force[0] + force[1] + force[2])
-            forces.append(force if whole else NO_FORCE)
+            forces += force if whole else NO_FORCE
             valid.append(whole)
-        return FootForces(record.t_ns, readonly(np.array(forces)), readonly(np.array(valid)))
+        force_n = readonly(np.array(forces).reshape(-1, 3))
+        return FootForces(record.t_ns, force_n, readonly(np.array(valid)))

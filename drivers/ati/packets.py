@@ -8,6 +8,7 @@ import enum
 import struct
 from binascii import crc_hqx
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -22,7 +23,8 @@ NTP_TO_UNIX_S = 2_208_988_800
 WRAP_S = 2**20
 U32 = 2**32
 _HEADER = struct.Struct(">4IBB")
-_BLOCK = AXES * 4
+_BLOCK, _COUNT = AXES * 4, np.dtype(">i4")
+EVERY_TRANSDUCER = (1 << TRANSDUCERS) - 1
 
 
 class UnitCommand(enum.IntEnum):
@@ -108,22 +110,25 @@ def parse_datagram(data: bytes, t_ns: int) -> tuple[ForceRecord, ...] | Malforme
         size = shown.bit_count() * _BLOCK
         if len(data) - at < size:
             return Malformed(f"a record with mask {mask:#04x} is cut short")
-        present = np.array([bool(shown >> i & 1) for i in range(TRANSDUCERS)])
-        counts = np.zeros((TRANSDUCERS, AXES), dtype=np.int64)
-        block = np.frombuffer(data, dtype=">i4", count=size // 4, offset=at)
-        counts[present] = block.reshape(-1, AXES)
+        present = _in_mask(shown)
+        block = np.frombuffer(data, _COUNT, size // 4, at).reshape(-1, AXES)
+        if shown == EVERY_TRANSDUCER:
+            counts = block.astype(np.int64)
+        else:
+            counts = np.zeros((TRANSDUCERS, AXES), dtype=np.int64)
+            counts[present] = block
         at += size
         records.append(
             ForceRecord(
                 t_ns=t_ns,
                 device_ticks=ticks,
                 sequence=sequence,
-                status=readonly(np.array([status_1, status_2], dtype=np.int64)),
+                status=readonly(np.array((status_1, status_2), dtype=np.int64)),
                 battery=battery,
                 mask=mask,
                 counts=readonly(counts),
-                present=readonly(present),
-                saturated=readonly(saturation(status_1, status_2)),
+                present=present,
+                saturated=saturation(status_1, status_2),
             )
         )
     return tuple(records) if records else Malformed("empty")
@@ -131,8 +136,20 @@ def parse_datagram(data: bytes, t_ns: int) -> tuple[ForceRecord, ...] | Malforme
 
 def saturation(status_1: int, status_2: int) -> BoolArray:
     """Return which transducers are saturated, (6,): bits 24-26 of each status word."""
-    bits = [bool(word >> 24 + i & 1) for word in (status_1, status_2) for i in range(3)]
-    return np.array(bits)
+    return _in_mask(status_1 >> 24 & 0b111 | (status_2 >> 24 & 0b111) << 3)
+
+
+@lru_cache(maxsize=1 << TRANSDUCERS)
+def _in_mask(mask: int) -> BoolArray:
+    """Whether the bit of each transducer is set, (6,); the same in nearly every record."""
+    return flags(tuple(bool(mask >> i & 1) for i in range(TRANSDUCERS)))
+
+
+@lru_cache(maxsize=1 << TRANSDUCERS)
+def flags(of_each: tuple[bool, ...]) -> BoolArray:
+    """Return a flag of each transducer as an array, (6,)."""
+    made: BoolArray = readonly(np.array(of_each))
+    return made
 
 
 class Led(enum.IntEnum):
@@ -154,11 +171,11 @@ def battery_led(status_1: int) -> Led:
 
 def build_record(record: ForceRecord) -> bytes:
     """Return a record's bytes; the inverse of ``parse_datagram`` for one record."""
-    status_1, status_2 = (int(word) for word in record.status)
+    status_1, status_2 = record.status.tolist()
     head = _HEADER.pack(
         record.device_ticks, record.sequence, status_1, status_2, record.battery, record.mask
     )
-    return head + record.counts[record.present].astype(">i4").tobytes()
+    return head + record.counts[record.present].astype(_COUNT).tobytes()
 
 
 def unix_ns(device_ticks: int, near_unix_ns: int) -> int:

@@ -30,7 +30,7 @@ class Arrival(enum.Enum):
     @property
     def fresh(self) -> bool:
         """Whether the record is newer than everything before."""
-        return self in {Arrival.NEXT, Arrival.AFTER_GAP, Arrival.RESTART}
+        return self is not Arrival.DUPLICATE and self is not Arrival.LATE
 
 
 def classify(sequence: int, last: int) -> tuple[Arrival, int]:

@@ -98,6 +98,7 @@ class ForceStream:
         self._datagrams = datagrams
         self._console = Console(console, clock)
         self._settings = settings
+        self._numbers: list[int] = settings.transducers.tolist()  # of each leg's transducer
         self._clock = clock
         self._reopen = reopen
         self._repair = Repair(self._set_up_anew, background) if reopen is not None else None
@@ -183,20 +184,22 @@ class ForceStream:
         return True
 
     def _note_sensors(self, record: ForceRecord) -> None:
-        for leg, number in enumerate(self._settings.transducers.tolist()):
-            if number and record.present[number - 1]:
-                if record.saturated[number - 1]:
+        present, saturated = record.present.tolist(), record.saturated.tolist()
+        for leg, number in enumerate(self._numbers):
+            if number and present[number - 1]:
+                if saturated[number - 1]:
                     self.counters.saturated += 1
                 else:
                     self._sound_ns[leg] = record.t_ns
 
     def _report_condition(self, record: ForceRecord) -> None:
         """Say which transducers are absent or saturated, and whether the battery is low."""
-        for leg, number in zip(self._settings.names, self._settings.transducers, strict=True):
-            if number and not record.present[number - 1]:
+        present, saturated = record.present.tolist(), record.saturated.tolist()
+        for leg, number in zip(self._settings.names, self._numbers, strict=True):
+            if number and not present[number - 1]:
                 detail = f"transducer {number} is not in the record: switched off or unplugged"
                 self._faults.append(Fault(FaultKind.FORCE_ABSENT, leg, detail))
-            elif number and record.saturated[number - 1]:
+            elif number and saturated[number - 1]:
                 detail = f"transducer {number} is saturated"
                 self._faults.append(Fault(FaultKind.FORCE_SATURATED, leg, detail))
         if battery_led(int(record.status[0])) is Led.RED:

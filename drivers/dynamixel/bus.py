@@ -6,21 +6,20 @@ position, with the servos' own watchdog armed, so that they stop when the host d
 """
 
 import contextlib
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
+from math import isfinite, pi
 
 import numpy as np
 from dynamixel_sdk import COMM_SUCCESS
-from numpy.typing import NDArray
 
 from drivers.clock import Clock
-from drivers.dynamixel.catalog import COMMON, CURRENT_OR_LOAD, READ_ADDRESS, READ_LENGTH
+from drivers.dynamixel.catalog import COMMON, READ_ADDRESS, READ_LENGTH
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.frames import ALERT
-from drivers.dynamixel.joints import angle_to_ticks
+from drivers.dynamixel.joints import nearest_ticks
+from drivers.dynamixel.loop_registers import loop_columns
 from drivers.dynamixel.packets import ServoAnswer
 from drivers.dynamixel.port import ClockedPort
-from drivers.dynamixel.registers import Register
 from drivers.dynamixel.requests import ServoRequests
 from drivers.dynamixel.settings import ServoBusSettings
 from drivers.dynamixel.setup import (
@@ -37,7 +36,7 @@ from drivers.dynamixel.units import (
     WATCHDOG_UNIT_S,
 )
 from model.errors import BusError
-from model.values.arrays import BoolArray, IntArray, readonly
+from model.values.arrays import IntArray, readonly
 from model.values.legs import JointCommand
 from model.values.readings import ServoReadings
 
@@ -49,8 +48,7 @@ TORQUE_ON_READS = 5
 # neighbours), each with another length than those before: an old answer cannot pass for a new one.
 LONGEST_LEAD = 8
 # Twice what a servo's goal can reach: still a number of ticks, and refused as one.
-BEYOND_ALL_TURNS_RAD = 2 * EXTENDED_POSITION_LIMIT / TICKS_PER_TURN * 2 * np.pi
-NOTHING_READ = bytes(READ_LENGTH)
+BEYOND_ALL_TURNS_RAD = 2 * EXTENDED_POSITION_LIMIT / TICKS_PER_TURN * 2 * pi
 # Register 70 of one servo is read once in so many reads; a new alert is looked into at once.
 POLL_EVERY_READS = 10
 
@@ -66,15 +64,18 @@ class ServoBus:
     def __init__(self, port: ClockedPort, settings: ServoBusSettings) -> None:
         self.settings = settings
         self.report = BusReport((), ())
+        self._return_delay_ms = _longest_return_delay_ms(self.report)
         self._port = port
         self._packets = ServoRequests(port)
-        self._ids = [int(i) for i in settings.ids]
+        self._ids: list[int] = settings.ids.tolist()
+        self._signs: list[int] = settings.signs.tolist()
+        self._zeros: list[int] = settings.zeros.tolist()
         self._configured = False
         self._torque_on = False
-        self._seen_ns: IntArray = np.full(len(self._ids), NEVER, dtype=np.int64)
-        self._hardware_error: IntArray = np.full(len(self._ids), NEVER, dtype=np.int64)
+        self._seen_ns = [NEVER] * len(self._ids)
+        self._hardware_error = [NEVER] * len(self._ids)
         # A servo that restarts forgets its turns; positions are given and taken as if it had not.
-        self._lost_ticks: IntArray = np.zeros(len(self._ids), dtype=np.int64)
+        self._lost_ticks = [0] * len(self._ids)
         self._goal_ticks: list[int] = []  # as sent last, in the servos' own count
         self._reads = 0
         self._lead = 0
@@ -128,6 +129,7 @@ class ServoBus:
         """
         self.open()
         self.report = find_servos(self._port, self.servos(), self.settings)
+        self._return_delay_ms = _longest_return_delay_ms(self.report)
         return self.report
 
     def configure(self) -> None:
@@ -159,23 +161,27 @@ class ServoBus:
         """
         answers = self._sync_read()
         t_ns = (self._packets.sent_ns + self._port.clock.now_ns()) // 2
-        valid: BoolArray = np.array([answer.data is not None for answer in answers])
-        self._seen_ns = np.where(valid, t_ns, self._seen_ns)
+        valid = [answer.data is not None for answer in answers]
+        self._seen_ns = [
+            t_ns if here else before for here, before in zip(valid, self._seen_ns, strict=True)
+        ]
         self._poll_hardware_error(answers)
-        table = _table(answers)
-        age_ns = np.where(self._seen_ns == NEVER, NEVER, t_ns - self._seen_ns)
+        age_ns = [NEVER if seen_ns == NEVER else t_ns - seen_ns for seen_ns in self._seen_ns]
+        duty, current, velocity, position, voltage, temperature = loop_columns(answers)
+        others = [*(answer.error for answer in answers), *self._hardware_error, *age_ns]
+        error_byte, hardware_error, age = readonly(np.array(others).reshape(3, len(answers)))
         return ServoReadings(
             t_ns=t_ns,
-            position_ticks=self._unshifted(_column(table, COMMON["present_position"]), valid),
-            velocity_counts=_column(table, COMMON["present_velocity"]),
-            current_counts=_column(table, CURRENT_OR_LOAD),
-            duty_counts=_column(table, COMMON["present_pwm"]),
-            voltage_counts=_column(table, COMMON["present_input_voltage"]),
-            temperature_c=_column(table, COMMON["present_temperature"]),
-            error_byte=readonly(np.array([answer.error for answer in answers], dtype=np.int64)),
-            hardware_error=readonly(self._hardware_error.copy()),
-            valid=readonly(valid),
-            age_ns=readonly(age_ns),
+            position_ticks=self._unshifted(position, valid),
+            velocity_counts=velocity,
+            current_counts=current,
+            duty_counts=duty,
+            voltage_counts=voltage,
+            temperature_c=temperature,
+            error_byte=error_byte,
+            hardware_error=hardware_error,
+            valid=readonly(np.array(valid)),
+            age_ns=age,
         )
 
     def _sync_read(self) -> list[ServoAnswer]:
@@ -183,16 +189,16 @@ class ServoBus:
         self._lead = self._lead % LONGEST_LEAD + 1 if self._packets.owed() else 0
         lead = self._lead
         answers = self._packets.sync_read(
-            self._ids, READ_ADDRESS - lead, READ_LENGTH + lead, self._return_delay_ms()
+            self._ids, READ_ADDRESS - lead, READ_LENGTH + lead, self._return_delay_ms
         )
         if not lead:
             return answers
-        return [a if a.data is None else replace(a, data=a.data[lead:]) for a in answers]
+        return [a if a.data is None else a._replace(data=a.data[lead:]) for a in answers]
 
-    def _unshifted(self, ticks: IntArray, valid: BoolArray) -> IntArray:
-        if not self._lost_ticks.any():
+    def _unshifted(self, ticks: IntArray, valid: Sequence[bool]) -> IntArray:
+        if not any(self._lost_ticks):
             return ticks
-        shifted: IntArray = readonly(np.where(valid, ticks - self._lost_ticks, 0))
+        shifted: IntArray = readonly(np.where(valid, ticks - np.array(self._lost_ticks), 0))
         return shifted
 
     def note_restart(self, index: int, lost_ticks: int) -> None:
@@ -204,10 +210,6 @@ class ServoBus:
         """
         self._lost_ticks[index] = lost_ticks
         self._hardware_error[index] = 0
-
-    def _return_delay_ms(self) -> float:
-        delays = [servo.return_delay for servo in self.report.servos]
-        return max(delays, default=254) * RETURN_DELAY_UNIT_S * 1e3
 
     def _poll_hardware_error(self, answers: Sequence[ServoAnswer]) -> None:
         """Read register 70 of one servo: at once where an alert is new, now and then in turn.
@@ -277,15 +279,17 @@ class ServoBus:
             raise BusError(
                 "a command without torque has no goals; call torque_off", port=self._port.name
             )
-        self._refuse(~np.isfinite(command.angle_rad), "has a goal angle that is not a number")
-        angle_rad = np.clip(command.angle_rad, -BEYOND_ALL_TURNS_RAD, BEYOND_ALL_TURNS_RAD)
-        ticks = angle_to_ticks(angle_rad, self.settings.signs, self.settings.zeros)
-        ticks = ticks + self._lost_ticks
+        angles: list[float] = command.angle_rad.tolist()
+        self._refuse([not isfinite(one) for one in angles], "has a goal angle that is not a number")
+        most = BEYOND_ALL_TURNS_RAD
+        bounded = [min(max(one, -most), most) for one in angles]
+        ticks = nearest_ticks(bounded, self._signs, self._zeros)
+        goals = [to + lost for to, lost in zip(ticks, self._lost_ticks, strict=True)]
         self._refuse(
-            np.abs(ticks) > EXTENDED_POSITION_LIMIT,
+            [abs(goal) > EXTENDED_POSITION_LIMIT for goal in goals],
             "has a goal beyond 256 turns; set the turn counter back at standstill",
         )
-        self._goal_ticks = ticks.tolist()
+        self._goal_ticks = goals
         self._send_goals(self._ids)
 
     def repeat_goals(self, without: int) -> None:
@@ -363,9 +367,9 @@ class ServoBus:
                 port=self._port.name,
             )
 
-    def _refuse(self, where: BoolArray, why: str) -> None:
-        if where.any():
-            ids = tuple(int(i) for i in self.settings.ids[where])
+    def _refuse(self, where: Sequence[bool], why: str) -> None:
+        if any(where):
+            ids = tuple(i for i, here in zip(self._ids, where, strict=True) if here)
             raise BusError(f"{self._legs(where)} {why}", port=self._port.name, ids=ids)
 
     @property
@@ -378,19 +382,10 @@ class ServoBus:
         legs = zip(self.settings.names, self._ids, self.settings.models, strict=True)
         return [CheckedServo(self._packets, leg, number, one.table) for leg, number, one in legs]
 
-    def _legs(self, where: BoolArray) -> str:
+    def _legs(self, where: Iterable[bool]) -> str:
         return ", ".join(leg for leg, here in zip(self.settings.names, where, strict=True) if here)
 
 
-def _table(answers: Sequence[ServoAnswer]) -> NDArray[np.uint8]:
-    """Return the registers of the loop, a row an answer and zeros where there is none, (N, bytes)."""
-    rows = [NOTHING_READ if answer.data is None else answer.data for answer in answers]
-    return np.frombuffer(b"".join(rows), dtype=np.uint8).reshape(len(rows), READ_LENGTH)
-
-
-def _column(table: NDArray[np.uint8], register: Register) -> IntArray:
-    """Return one register of every answer, 0 where there is none."""
-    span = slice(register.address - READ_ADDRESS, register.end - READ_ADDRESS)
-    values = table[:, span].copy().view(f"<{'i' if register.signed else 'u'}{register.size}")
-    column: IntArray = readonly(values[:, 0].astype(np.int64))
-    return column
+def _longest_return_delay_ms(report: BusReport) -> float:
+    delays = [servo.return_delay for servo in report.servos]
+    return max(delays, default=254) * RETURN_DELAY_UNIT_S * 1e3

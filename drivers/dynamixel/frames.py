@@ -12,8 +12,8 @@ header can appear by chance.
 import enum
 import struct
 from array import array
-from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ ALERT = 0x80
 # A sync write of goals to six servos is 44 bytes; anything near this is no frame of ours.
 LARGEST_LENGTH = 4096
 _FIXED = 7  # header, id, length
+_HEAD, _CRC = struct.Struct("<4sBH"), struct.Struct("<H")
 # Reasons of a ``BadFrame`` that callers tell apart: noise on the line is not a damaged answer.
 OUTSIDE = "bytes outside a frame"
 TRUNCATED = "truncated"
@@ -53,6 +54,9 @@ class Instruction(enum.IntEnum):
     FAST_BULK_READ = 0x9A
 
 
+STATUS = int(Instruction.STATUS)  # every answer is compared with it: an enum takes its time
+
+
 class StatusError(enum.IntEnum):
     """Bits 0-6 of a status frame's error byte; bit 7 is ``ALERT``."""
 
@@ -77,12 +81,17 @@ def _crc_of_pairs() -> "array[int]":
 _CRC_OF_PAIRS = _crc_of_pairs()
 
 
+@cache
+def _pairs(size: int) -> struct.Struct:
+    return struct.Struct(f">{size // 2}H")
+
+
 @lru_cache(maxsize=64)  # the loop's own requests are the same in every tick
 def crc16(data: bytes) -> int:
     """CRC-16, polynomial 0x8005, initial 0, most significant bit first; check value 0xFEE8."""
     even = data if len(data) % 2 == 0 else b"\0" + data  # zeros in front change nothing
     crc = 0
-    for pair in struct.unpack(f">{len(even) // 2}H", even):
+    for pair in _pairs(len(even)).unpack(even):
         crc = _CRC_OF_PAIRS[crc ^ pair]
     return crc
 
@@ -109,23 +118,22 @@ def unstuff(payload: bytes) -> bytes:
 
 def _build(servo_id: int, payload: bytes) -> bytes:
     stuffed = stuff(payload)
-    body = HEADER + bytes([servo_id]) + (len(stuffed) + 2).to_bytes(2, "little") + stuffed
-    return body + crc16(body).to_bytes(2, "little")
+    body = _HEAD.pack(HEADER, servo_id, len(stuffed) + 2) + stuffed
+    return body + _CRC.pack(crc16(body))
 
 
 def build_instruction(servo_id: int, instruction: int, parameters: bytes = b"") -> bytes:
     """Return an instruction frame, stuffed and with its CRC."""
-    return _build(servo_id, bytes([instruction]) + parameters)
+    return _build(servo_id, bytes((instruction,)) + parameters)
 
 
 def build_status(servo_id: int, error: int, parameters: bytes = b"") -> bytes:
     """Return a status frame, stuffed and with its CRC."""
-    return _build(servo_id, bytes([Instruction.STATUS, error]) + parameters)
+    return _build(servo_id, bytes((STATUS, error)) + parameters)
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
-    """One sound frame.
+class Frame(NamedTuple):
+    """One sound frame; a tuple, because one is made of every answer.
 
     Attributes:
         servo_id: Id in the frame.
@@ -140,8 +148,7 @@ class Frame:
     error: int | None
 
 
-@dataclass(frozen=True, slots=True)
-class BadFrame:
+class BadFrame(NamedTuple):
     """Bytes that are no sound frame.
 
     Attributes:
@@ -160,7 +167,7 @@ class FrameParser:
     """
 
     def __init__(self) -> None:
-        self._buffer = bytearray()
+        self._buffer = b""
 
     @property
     def pending(self) -> int:
@@ -169,13 +176,13 @@ class FrameParser:
 
     def clear(self) -> None:
         """Forget what is pending."""
-        self._buffer.clear()
+        self._buffer = b""
 
     def feed(self, data: bytes) -> list[Frame | BadFrame]:
         """Take bytes and return the frames they complete, in order."""
-        self._buffer += data
+        self._buffer = self._buffer + data if self._buffer else bytes(data)
         items: list[Frame | BadFrame] = []
-        while (item := self._next()) is not None:
+        while self._buffer and (item := self._next()) is not None:
             items.append(item)
         return items
 
@@ -193,29 +200,29 @@ class FrameParser:
         return items
 
     def _next(self) -> Frame | BadFrame | None:
-        start = self._buffer.find(HEADER)
-        if start < 0:
-            surplus = len(self._buffer) - LARGEST_LENGTH
+        buffer = self._buffer
+        if not buffer.startswith(HEADER):
+            start = buffer.find(HEADER)
+            if start > 0:
+                return self._drop(start, OUTSIDE)
+            surplus = len(buffer) - LARGEST_LENGTH
             return self._drop(LARGEST_LENGTH, OUTSIDE) if surplus > len(HEADER) else None
-        if start > 0:
-            return self._drop(start, OUTSIDE)
-        if len(self._buffer) < _FIXED:
+        if len(buffer) < _FIXED:
             return None
-        length = int.from_bytes(self._buffer[5:7], "little")
+        length = buffer[5] | buffer[6] << 8
         if not 3 <= length <= LARGEST_LENGTH:
             return self._drop(len(HEADER), f"impossible length {length}")
         end = _FIXED + length
-        if len(self._buffer) < end:
+        if len(buffer) < end:
             return None
-        raw = bytes(self._buffer[:end])
-        if crc16(raw[:-2]) != int.from_bytes(raw[-2:], "little"):
+        raw = buffer[:end]
+        if crc16(raw[:-2]) != raw[-2] | raw[-1] << 8:
             return self._drop(_damaged_length(raw), WRONG_CRC)
-        del self._buffer[:end]
+        self._buffer = buffer[end:]
         return _decode(raw)
 
     def _drop(self, count: int, reason: str) -> BadFrame:
-        raw = bytes(self._buffer[:count])
-        del self._buffer[:count]
+        raw, self._buffer = self._buffer[:count], self._buffer[count:]
         return BadFrame(reason, raw)
 
 
@@ -235,9 +242,9 @@ def _decode(raw: bytes) -> Frame | BadFrame:
         payload = unstuff(raw[_FIXED:-2])
     except ValueError as error:
         return BadFrame(str(error), raw)
-    instruction, rest = payload[0], payload[1:]
-    if instruction != Instruction.STATUS:
-        return Frame(raw[4], instruction, rest, None)
-    if not rest:
+    instruction = payload[0]
+    if instruction != STATUS:
+        return Frame(raw[4], instruction, payload[1:], None)
+    if len(payload) < 2:
         return BadFrame("a status without its error byte", raw)
-    return Frame(raw[4], instruction, rest[1:], rest[0])
+    return Frame(raw[4], instruction, payload[2:], payload[1])

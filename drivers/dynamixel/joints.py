@@ -1,6 +1,8 @@
 """Counts of the servos to angles, speeds and currents in the leg's sense, and angles to counts. Pure."""
 
+from collections.abc import Sequence
 from functools import cache
+from math import isfinite
 
 import numpy as np
 
@@ -28,10 +30,18 @@ def angle_to_ticks(angle_rad: FloatArray, sign: IntArray, zero: IntArray) -> Int
     Raises:
         ValueError: An angle is not a number; it has no position.
     """
-    if not np.isfinite(angle_rad).all():
+    angles = angle_rad.tolist()
+    if not all(map(isfinite, angles)):
         raise ValueError("an angle is not a number and has no position")
-    ticks: IntArray = np.rint(zero + _signed(angle_rad, sign) / TICK_RAD).astype(np.int64)
-    return ticks
+    return np.array(nearest_ticks(angles, sign.tolist(), zero.tolist()), dtype=np.int64)
+
+
+def nearest_ticks(
+    angle_rad: Sequence[float], sign: Sequence[int], zero: Sequence[int]
+) -> list[int]:
+    """Return the same as plain numbers, N of them: half a dozen are rounded sooner one by one."""
+    mounted = zip(angle_rad, sign, zero, strict=True)
+    return [round(at + turned * angle / TICK_RAD) for angle, turned, at in mounted]
 
 
 def _signed(values: FloatArray | IntArray, sign: IntArray) -> FloatArray:
@@ -57,11 +67,12 @@ def joint_state(readings: ServoReadings, settings: ServoBusSettings) -> JointSta
     """
     valid = readings.valid
     # all at once: one by one these are thirty calls of numpy on six numbers each
-    counts = np.array([
+    counts = np.concatenate((
         readings.position_ticks - settings.zeros, readings.velocity_counts, readings.current_counts,
         readings.duty_counts, readings.voltage_counts, readings.temperature_c,
-    ])  # fmt: skip
-    rows = counts * _units(settings)
+    ))  # fmt: skip
+    units = _units(settings)
+    rows = counts.reshape(units.shape) * units
     rows[DUTY] /= DUTY_FULL
     if False in valid.tolist():
         rows[:, ~valid] = np.nan

@@ -6,7 +6,7 @@ hold ours to it where it is right. ``drivers.dynamixel.requests`` stands on top.
 """
 
 from collections import deque
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from dynamixel_sdk import (
     COMM_RX_CORRUPT,
@@ -18,10 +18,10 @@ from dynamixel_sdk import (
 from drivers.dynamixel.frames import (
     ALERT,
     OUTSIDE,
+    STATUS,
     BadFrame,
     Frame,
     FrameParser,
-    Instruction,
     StatusError,
     build_instruction,
 )
@@ -34,9 +34,8 @@ STATUS_BYTES = 11  # a status frame without parameters
 READ_CHUNK = 1024
 
 
-@dataclass(frozen=True, slots=True)
-class ServoAnswer:
-    """One servo's answer to a request.
+class ServoAnswer(NamedTuple):
+    """One servo's answer to a request; a tuple, because one is made of every answer.
 
     Attributes:
         data: The data, None if there is none that may be used.
@@ -176,7 +175,7 @@ class PacketHandler:
                 item = self._frames.popleft()
                 if isinstance(item, BadFrame):
                     damaged |= self._count_damage(item)
-                elif _is_status(item):
+                elif item.instruction == STATUS:
                     return item, COMM_SUCCESS
             if port.remaining_ms() > 0:
                 self._frames.extend(self._parser.feed(port.readPort(READ_CHUNK)))
@@ -195,4 +194,4 @@ class PacketHandler:
 
 def _is_status(item: Frame | BadFrame) -> bool:
     """Tell a reply from damage, and from the echo of a request that some adapters give."""
-    return isinstance(item, Frame) and item.instruction == Instruction.STATUS
+    return isinstance(item, Frame) and item.instruction == STATUS

@@ -86,7 +86,8 @@ class ClockedPort(PortHandler):  # type: ignore[misc]  # the SDK is not typed
 
     def remaining_ms(self) -> float:
         """Return how much of the wait is left [ms]."""
-        return max(0.0, float(self.packet_timeout) - self.getTimeSinceStart())
+        since_ms = self.clock.now_ns() * 1e-6 - float(self.packet_start_time)
+        return max(0.0, float(self.packet_timeout) - since_ms)
 
     def setBaudRate(self, baudrate: int) -> bool:  # noqa: N802
         """Take another baud rate; nothing else than the time of a byte changes."""

@@ -15,8 +15,6 @@ from collections import deque
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.frames import ALERT
@@ -26,11 +24,11 @@ from drivers.dynamixel.setup import configure_servo, hold_here
 from drivers.dynamixel.units import TICKS_PER_TURN
 from drivers.dynamixel.watchdog import TRIPPED
 from model.errors import BusError, ConnectionLost
-from model.values.arrays import BoolArray, IntArray
 from model.values.readings import ServoReadings
 
 # One servo's torque is asked for in turn, once in so many looks.
 POLL_EVERY_LOOKS = 10
+NOBODY = -1
 # A shaft cannot turn half a turn from one read to the next: its turn count has changed.
 JUMP_TICKS = TICKS_PER_TURN // 2
 
@@ -127,10 +125,10 @@ class ServoRecovery:
         self._bus = bus
         self._attempts: deque[int] = deque(maxlen=max(1, policy.most))
         self._looks = 0
-        self._known: BoolArray = np.zeros(len(bus.settings.names), dtype=bool)
-        self._ticks: IntArray = np.zeros(len(bus.settings.names), dtype=np.int64)
-        self._was_valid: BoolArray = np.ones(len(bus.settings.names), dtype=bool)
-        self._alerted: BoolArray = np.zeros(len(bus.settings.names), dtype=bool)
+        count = len(bus.settings.names)
+        self._known, self._ticks = [False] * count, [0] * count
+        self._was_valid: list[bool] = [True] * count
+        self._alerted = [False] * count
         self._open: set[int] = set()
         self._examine_all = False
 
@@ -151,38 +149,41 @@ class ServoRecovery:
         if not self._bus.torque_wanted:
             self._remember(readings)
             return ()
-        suspects = self._suspects(readings)
         incidents: list[Incident] = []
-        for index in np.flatnonzero(suspects):
-            incident = self._examine(int(index), readings)
+        for index in self._suspects(readings):
+            incident = self._examine(index, readings)
             if incident is not None:
                 incidents.append(incident)
                 self._open.add(incident.index)
         self._remember(readings)
         return tuple(incidents)
 
-    def _suspects(self, readings: ServoReadings) -> BoolArray:
-        moved = np.abs(readings.position_ticks - self._ticks)
-        jumped = self._known & (moved > JUMP_TICKS)
-        back = ~self._was_valid
-        alert = (readings.error_byte & ALERT) != 0
-        suspects = jumped | back | (alert & ~self._alerted)
+    def _suspects(self, readings: ServoReadings) -> list[int]:
+        """Return the servos to be asked; half a dozen are sooner gone through one by one."""
         self._looks += 1
         turn, rest = divmod(self._looks, POLL_EVERY_LOOKS)
-        if not rest:
-            suspects[turn % len(suspects)] = True
-        suspects |= self._examine_all
-        self._examine_all = False
-        suspects[list(self._open)] = False
-        judged: BoolArray = suspects & readings.valid
-        return judged
+        in_turn = turn % len(self._ticks) if not rest else NOBODY
+        every, self._examine_all = self._examine_all, False
+        now = zip(
+            readings.valid.tolist(), readings.position_ticks.tolist(), readings.error_byte.tolist(),
+            strict=True,
+        )  # fmt: skip
+        return [
+            i for i, (valid, ticks, error) in enumerate(now)
+            if valid and i not in self._open and (
+                every or i == in_turn or not self._was_valid[i]
+                or (error & ALERT and not self._alerted[i])
+                or (self._known[i] and abs(ticks - self._ticks[i]) > JUMP_TICKS)
+            )
+        ]  # fmt: skip
 
     def _remember(self, readings: ServoReadings) -> None:
-        valid = readings.valid
-        self._ticks = np.where(valid, readings.position_ticks, self._ticks)
-        self._known = self._known | valid
-        self._was_valid = valid.copy()
-        self._alerted = np.where(valid, (readings.error_byte & ALERT) != 0, self._alerted)
+        self._was_valid = readings.valid.tolist()
+        ticks, errors = readings.position_ticks.tolist(), readings.error_byte.tolist()
+        for i, valid in enumerate(self._was_valid):
+            if valid:
+                self._known[i], self._ticks[i] = True, ticks[i]
+                self._alerted[i] = bool(errors[i] & ALERT)
 
     def _examine(self, index: int, readings: ServoReadings) -> Incident | None:
         """Ask one servo for its torque and its watchdog; if there is none or it tripped, for the cause."""
@@ -198,7 +199,7 @@ class ServoRecovery:
         except BusError:
             return None  # silent again: the loop counts that, and we look when it is back
         after = int(readings.position_ticks[index])
-        before = int(self._ticks[index]) if self._known[index] else after
+        before = self._ticks[index] if self._known[index] else after
         if torque:
             kind = IncidentKind.TRIPPED
         elif cause & mask:

@@ -4,7 +4,6 @@ Each request says per servo what came back; none of them raises for a servo that
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS
 
@@ -50,7 +49,7 @@ class ServoRequests(PacketHandler):
         alone = (address, 1)
         start, length = WITH_NEIGHBOURS.get(address, alone) if self.owed() else alone
         answer = self.read(servo_id, start, length)
-        return answer if answer.data is None else replace(answer, data=answer.data[-1:])
+        return answer if answer.data is None else answer._replace(data=answer.data[-1:])
 
     def write(self, servo_id: int, address: int, data: bytes) -> ServoAnswer:
         """Write bytes to one servo and wait for its word that it took them."""
@@ -81,7 +80,7 @@ class ServoRequests(PacketHandler):
         if len({servo_id for servo_id, _ in items}) != len(items):
             raise ValueError("a sync write takes each id once")
         parameters = _span(address, len(items[0][1]))
-        parameters += b"".join(bytes([servo_id]) + data for servo_id, data in items)
+        parameters += b"".join([bytes((servo_id,)) + data for servo_id, data in items])
         frame = build_instruction(BROADCAST_ID, Instruction.SYNC_WRITE, parameters)
         return self.send(frame)
 
@@ -144,7 +143,7 @@ class ServoRequests(PacketHandler):
                 continue
             # Servos answer in the order of the request. One that stands before its forerunners, or
             # twice, answered an earlier request: of such answers the later one counts.
-            place = list(ids).index(frame.servo_id)
+            place = ids.index(frame.servo_id)
             for early in [i for i in ids[place:] if i in answers]:
                 del answers[early]
                 self.counters.late_replies += 1

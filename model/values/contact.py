@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.values.arrays import BoolArray, FloatArray
+from model.values.quick import quick
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class Support:
     """Height, slopes and foot loads at which the leg springs carry the body.
@@ -32,6 +34,7 @@ class Support:
     switches: int
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class Traction:
     """Planar balance of friction: body velocity, slip and forces.
@@ -51,6 +54,7 @@ class Traction:
     force_B: FloatArray  # noqa: N815
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactSolution:
     """The model's answer for one frame: support, then traction."""

@@ -7,6 +7,7 @@ import numpy as np
 
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.legs import FootForces, FootMotion
+from model.values.quick import quick
 
 # Places in the state: pose and yaw, body velocity, its bias, log of the common friction, gyro bias, offset
 # of measured roll and pitch against the model's (how the IMU is mounted, and the slope of the ground); then
@@ -35,6 +36,7 @@ class Health(enum.Enum):
     LOST = "lost"  # the pose is a guess until something absolute is heard
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class AddedByEffects:
     """What effects of the robot file add to the model's answer at a tick.
@@ -48,6 +50,7 @@ class AddedByEffects:
     load_n: FloatArray
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class OdometryInputs:
     """What is known at a tick. Absent inputs are None or NaN.
@@ -93,6 +96,7 @@ def paired_covariance(apart: FloatArray) -> FloatArray:
     return covariance
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class Companions:
     """M robots that walk along, each with its own errors of the robot file.
@@ -118,6 +122,7 @@ class Companions:
         return replace(self, apart=readonly(np.zeros_like(self.apart)))
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class ForceMemory:
     """How predicted horizontal forces of filter and open loop compared lately, axes x and y.
@@ -131,6 +136,7 @@ class ForceMemory:
     agree: FloatArray
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class SourceMemory:
     """Innovations of the last seconds, source by source, S sources as in ``SOURCES``.
@@ -158,6 +164,7 @@ class SourceMemory:
     colour: FloatArray
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class Vibration:
     """How forces and a gyro changed from one record to the next in the last moments.
@@ -176,6 +183,7 @@ class Vibration:
     turn_change: float
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class ZeroEvidence:
     """What loads say of the shafts' zeros (``model.estimator.shaft_zeros``).
@@ -201,6 +209,7 @@ class ZeroEvidence:
     suspected: int
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class EstimatorState:
     """All that the estimator remembers from one tick to the next.
@@ -270,6 +279,7 @@ class EstimatorState:
     gyro_ns: int = NEVER
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
     """What the estimator says after a tick, N legs.

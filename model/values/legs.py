@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.values.arrays import BoolArray, FloatArray
+from model.values.quick import quick
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class JointState:
     """Shaft state in the leg's own sense: increasing angle moves a foot in stance backward.
@@ -32,6 +34,7 @@ class JointState:
     valid: BoolArray
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class FootForces:
     """Force of the ground on each foot, in the body frame, as measured.
@@ -47,6 +50,7 @@ class FootForces:
     valid: BoolArray
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class JointCommand:
     """What the shafts should do at ``t_ns``.
@@ -64,6 +68,7 @@ class JointCommand:
     torque: bool
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class FootMotion:
     """Feet relative to the body, unloaded, body frame.

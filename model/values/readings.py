@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
+from model.values.quick import quick
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class ServoReadings:
     """One sync read of all servos, before calibration.
@@ -58,6 +60,7 @@ def silent_readings(t_ns: int, count: int) -> ServoReadings:
     )
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class ForceRecord:
     """One sample record of the wireless force-torque unit, before calibration.
@@ -85,6 +88,7 @@ class ForceRecord:
     saturated: BoolArray
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class BodyTruth:
     """Ground truth, where one exists (the plant, or motion capture); what is not known of it is NaN.
@@ -142,6 +146,7 @@ class PoseRecord:
     sd_angle_rad: float
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class ImuRecord:
     """A reading of an inertial unit, as it reported it: its own axes, nothing subtracted.

@@ -10,6 +10,7 @@ from model.values.contact import ContactSolution
 from model.values.estimate import Estimate
 from model.values.faults import Fault, ServoEvent, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
+from model.values.quick import quick
 from model.values.readings import (
     BodyTruth,
     ForceRecord,
@@ -42,6 +43,7 @@ class Intent(enum.Enum):
     CUT = 4  # cut torque now
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Request:
     """The operator's wish, sampled once a tick.
@@ -61,6 +63,7 @@ class Request:
     reason: StopReason
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class LoopTiming:
     """How the loop itself is doing; measured by the loop, ignored by comparisons of replays.
@@ -78,6 +81,7 @@ class LoopTiming:
     busy_ns: int
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class Inputs:
     """Everything the controller may know in one tick. Nothing else enters ``step``.
@@ -106,6 +110,7 @@ class Inputs:
     imu: tuple[ImuRecord, ...] = ()
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class DeadReckoning:
     """Dead-reckoned planar pose in the frame where the run began (REP-105 ``odom``).
@@ -130,6 +135,7 @@ class DeadReckoning:
         return np.array([*self.position_m, self.yaw_rad])
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class SensedTick:
     """What an estimator may know in a tick of J joints and N legs.

@@ -99,18 +99,19 @@ class CdrWriter:
 
     def sequences(self, kind: np.dtype[Any], *rows: NDArray[Any]) -> None:
         """Write sequences of ``FLOATS``, ``INTS`` or ``BOOLS``, one behind the other."""
+        add, counts = self._parts.append, len(_COUNTS)
         for values in rows:
-            if values.dtype is not kind:
-                values = values.astype(kind)
-            data = values.tobytes()
+            data = values.tobytes() if values.dtype is kind else values.astype(kind).tobytes()
             if kind is BOOLS:
                 self.octets(data)
-            elif not self._size & 7 and 0 < len(data) < len(_COUNTS) << 3:
-                self._parts.append(_COUNTS[len(data) >> 3])
-                self._parts.append(data)
+                continue
+            count = len(data) >> 3
+            if not self._size & 7 and 0 < count < counts:
+                add(_COUNTS[count])
+                add(data)
                 self._size += 8 + len(data)
             else:
-                self.count(len(data) >> 3)
+                self.count(count)
                 if data:
                     self.raw(data, 8)
 

@@ -26,6 +26,7 @@ HEALTHS = (Health.OK, Health.DEGRADED, Health.LOST)  # codes 0, 1, 2
 # a covariance is symmetric to the last bit: six of its nine numbers are kept
 _ROWS, _COLUMNS = np.tril_indices(3)
 _LOWER = 3 * _ROWS + _COLUMNS
+_NUMBERS = "?qq" + (15 + 6 + 6) * "d"  # from ``holding`` to ``twist_covariance``
 NOT_KEPT = readonly(np.empty((0, 3)))  # of the estimate: what a log does not hold
 NO_NUMBERS, NO_COUNTS = readonly(np.empty(0)), readonly(np.empty(0, dtype=np.int64))
 
@@ -39,11 +40,11 @@ def write_estimate(w: CdrWriter, estimate: Estimate | None, *, with_sources: boo
     w.record("qB", e.t_ns, HEALTHS.index(e.health))
     w.texts(e.reason)
     w.record(
-        "?qq" + 15 * "d", e.holding, e.nis_dof, e.rejects,
+        _NUMBERS, e.holding, e.nis_dof, e.rejects,
         *e.position_m.tolist(), e.yaw_rad, *e.velocity_B.tolist(), *e.bias_B.tolist(),
         *e.tilt_rad.tolist(), e.height_m, e.nis, e.log_likelihood, e.force_age_s,
+        *_lower(e.pose_covariance), *_lower(e.twist_covariance),
     )  # fmt: skip
-    w.arrays(FLOATS, e.pose_covariance.take(_LOWER), e.twist_covariance.take(_LOWER))
     w.sequences(
         FLOATS, e.mu, e.mu_sd, e.stiffness, e.stiffness_sd, e.force_B,
         e.force_covariance.reshape(-1, 9).take(_LOWER, axis=1), e.load_share, e.load_share_sd,
@@ -56,6 +57,12 @@ def write_estimate(w: CdrWriter, estimate: Estimate | None, *, with_sources: boo
         w.sequences(FLOATS, e.source_nis)
         w.sequences(INTS, e.source_dof)
         w.sequences(FLOATS, e.noise_scale)
+
+
+def _lower(covariance: FloatArray) -> tuple[float, ...]:
+    """Lower half of one covariance, row by row."""
+    (a, _, _), (b, c, _), (d, e, f) = covariance.tolist()
+    return a, b, c, d, e, f
 
 
 def read_estimate(r: CdrReader, *, with_sources: bool = True) -> Estimate | None:

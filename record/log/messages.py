@@ -11,22 +11,20 @@ from math import cos, isfinite, sin
 
 import numpy as np
 
-from model.motion.se2 import quaternion_of
 from model.values.arrays import FloatArray
 from model.values.estimate import Estimate
 from model.values.readings import BodyTruth, ImuRecord
 from model.values.tick import DeadReckoning, Tick
-from record.log.cdr import FLOATS, CdrWriter
+from record.log.cdr import FLOATS, HEADER, CdrWriter
 from record.log.estimate_message import HEALTHS
 
 BODY_FRAME, ODOM_FRAME, MAP_FRAME, IMU_FRAME = "base_link", "odom", "map", "imu"
 UNKNOWN_COVARIANCE = np.zeros(36)
-PLANAR = (0, 1, 5)  # x, y, yaw among ROS's six
 NOT_ESTIMATED = 1e6
 NO_MOMENT = bytes(24)
 COVARIANCE_UNKNOWN, NOT_MEASURED = np.zeros(9), np.array([-1.0, *[0.0] * 8])
-_PLANAR_PLACES = np.array([6 * row + column for row in PLANAR for column in PLANAR])
-_ONLY_UNKNOWN = np.diag(np.full(6, NOT_ESTIMATED)).ravel()
+NO_COVARIANCE = UNKNOWN_COVARIANCE.tobytes()
+_POSE, _TWIST, _COVARIANCE = struct.Struct("<7d"), struct.Struct("<6d"), struct.Struct("<36d")
 OK, WARN, ERROR = 0, 1, 2
 
 
@@ -48,64 +46,87 @@ def joint_state(
     """sensor_msgs/msg/JointState."""
     w = CdrWriter()
     _header(w, unix_ns, BODY_FRAME)
-    w.count(len(names))
-    w.texts(*names)
+    w.raw(_names(names), 4)
     w.sequences(FLOATS, angle_rad, rate_rad_s)
     w.count(0)
     return w.done()
 
 
-def wrench(unix_ns: int, force_n: FloatArray) -> bytes:
-    """geometry_msgs/msg/WrenchStamped with a force at the foot and no moment."""
+@lru_cache(maxsize=8)
+def _names(names: tuple[str, ...]) -> bytes:
+    """A sequence of strings; a robot's joints have the same names in every tick."""
+    w = CdrWriter()
+    w.count(len(names))
+    w.texts(*names)
+    return w.done()[len(HEADER) :]
+
+
+def wrenches(unix_ns: int, force_n: FloatArray) -> list[bytes]:
+    """geometry_msgs/msg/WrenchStamped of each foot: a force there, (N, 3), and no moment."""
     w = CdrWriter()
     _header(w, unix_ns, BODY_FRAME)
-    w.arrays(FLOATS, force_n)
-    w.raw(NO_MOMENT, 8)
-    return w.done()
+    w.raw(b"", 8)
+    head, forces = w.done(), np.ascontiguousarray(force_n, FLOATS).tobytes()
+    size = len(NO_MOMENT)
+    return [head + forces[at : at + size] + NO_MOMENT for at in range(0, len(forces), size)]
 
 
-def _odometry(unix_ns: int, frame: str, *arrays: FloatArray) -> bytes:
-    """nav_msgs/msg/Odometry: position, quaternion, covariance; linear, angular velocity, covariance."""
-    w = CdrWriter()
-    _header(w, unix_ns, frame)
-    w.texts(BODY_FRAME)
-    w.arrays(FLOATS, *arrays)
-    return w.done()
-
-
-def planar_covariance(covariance: FloatArray) -> FloatArray:
-    """A covariance of x, y, yaw as ROS has it: 6 x 6 of x, y, z and turns about them, (36,).
+def _covariance(of_plane: FloatArray) -> bytes:
+    """A covariance of x, y, yaw as ROS has it: 6 x 6 of x, y, z and turns about them.
 
     Height, roll and pitch are not estimated: their variance says so.
     """
-    flat: FloatArray = _ONLY_UNKNOWN.copy()
-    flat[_PLANAR_PLACES] = covariance.ravel()
-    return flat
+    (xx, xy, xt), (yx, yy, yt), (tx, ty, tt) = of_plane.tolist()
+    return _COVARIANCE.pack(
+        xx, xy, 0.0, 0.0, 0.0, xt,
+        yx, yy, 0.0, 0.0, 0.0, yt,
+        0.0, 0.0, NOT_ESTIMATED, 0.0, 0.0, 0.0,
+        0.0, 0.0, 0.0, NOT_ESTIMATED, 0.0, 0.0,
+        0.0, 0.0, 0.0, 0.0, NOT_ESTIMATED, 0.0,
+        tx, ty, 0.0, 0.0, 0.0, tt,
+    )  # fmt: skip
 
 
 def planar_odometry(unix_ns: int, pose: Estimate | DeadReckoning) -> bytes:
     """nav_msgs/msg/Odometry of the estimator, or of dead reckoning, whose covariance is left zero."""
-    vx, vy, yaw_rate = pose.velocity_B
-    pose_covariance = twist_covariance = UNKNOWN_COVARIANCE
+    return planar_pose(unix_ns, pose)[0]
+
+
+def planar_pose(unix_ns: int, pose: Estimate | DeadReckoning) -> tuple[bytes, bytes]:
+    """Return a pose of the estimator, or of dead reckoning, as the two messages that say it.
+
+    Returns:
+        nav_msgs/msg/Odometry, whose covariance is left zero for dead reckoning, and tf2_msgs/msg/TFMessage
+        from ``odom`` to ``base_link``.
+    """
+    (x, y), (vx, vy, yaw_rate) = pose.position_m.tolist(), pose.velocity_B.tolist()
+    half = pose.yaw_rad / 2
+    place = _POSE.pack(x, y, 0.0, 0.0, 0.0, np.sin(half), np.cos(half))  # a turn about z
+    of_pose = of_twist = NO_COVARIANCE
     if isinstance(pose, Estimate):
-        pose_covariance = planar_covariance(pose.pose_covariance)
-        twist_covariance = planar_covariance(pose.twist_covariance)
-    return _odometry(
-        unix_ns, ODOM_FRAME, *_flat_pose(pose), pose_covariance,
-        np.array([vx, vy, 0.0]), np.array([0.0, 0.0, yaw_rate]), twist_covariance,
-    )  # fmt: skip
+        of_pose, of_twist = _covariance(pose.pose_covariance), _covariance(pose.twist_covariance)
+    odometry = CdrWriter()
+    _header(odometry, unix_ns, ODOM_FRAME)
+    odometry.texts(BODY_FRAME)
+    odometry.raw(place + of_pose + _TWIST.pack(vx, vy, 0.0, 0.0, 0.0, yaw_rate) + of_twist, 8)
+    transform = CdrWriter()
+    transform.count(1)
+    _header(transform, unix_ns, ODOM_FRAME)
+    transform.texts(BODY_FRAME)
+    transform.raw(place, 8)
+    return odometry.done(), transform.done()
 
 
 def truth_odometry(unix_ns: int, truth: BodyTruth) -> bytes:
     """nav_msgs/msg/Odometry of the ground truth."""
-    return _odometry(
-        unix_ns, MAP_FRAME, truth.position_W, truth.quaternion_xyzw, UNKNOWN_COVARIANCE,
+    w = CdrWriter()
+    _header(w, unix_ns, MAP_FRAME)
+    w.texts(BODY_FRAME)
+    w.arrays(
+        FLOATS, truth.position_W, truth.quaternion_xyzw, UNKNOWN_COVARIANCE,
         truth.velocity_B, truth.angular_velocity_B, UNKNOWN_COVARIANCE,
     )  # fmt: skip
-
-
-def _flat_pose(pose: DeadReckoning | Estimate) -> tuple[FloatArray, FloatArray]:
-    return np.array([*pose.position_m, 0.0]), quaternion_of(pose.yaw_rad)
+    return w.done()
 
 
 def imu(unix_ns: int, reading: ImuRecord) -> bytes:
@@ -126,16 +147,6 @@ def imu(unix_ns: int, reading: ImuRecord) -> bytes:
         np.array([np.nan, np.nan, reading.yaw_rate_rad_s]), COVARIANCE_UNKNOWN,
         np.full(3, np.nan), NOT_MEASURED,
     )  # fmt: skip
-    return w.done()
-
-
-def transform(unix_ns: int, pose: DeadReckoning | Estimate) -> bytes:
-    """tf2_msgs/msg/TFMessage from ``odom`` to ``base_link``."""
-    w = CdrWriter()
-    w.count(1)
-    _header(w, unix_ns, ODOM_FRAME)
-    w.texts(BODY_FRAME)
-    w.arrays(FLOATS, *_flat_pose(pose))
     return w.done()
 
 

@@ -6,19 +6,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
-from mcap.writer import Writer as McapWriter
 
 from model.errors import RecordError
 from record.log.damage import Damage, Pass
+from record.log.mcap_file import McapFile
 from record.log.salvage import Content, read_records
-from record.log.writer import LIBRARY, mcap_writer
+from record.log.writer import LIBRARY
 from record.whole_file import whole_file
 
 
 class LogCopy:
     """A new log that is filled with records of others; made by ``log_copy``."""
 
-    def __init__(self, writer: McapWriter) -> None:
+    def __init__(self, writer: McapFile) -> None:
         self.messages = 0
         self._writer = writer
         self._schemas: dict[tuple[str, bytes], int] = {}
@@ -34,12 +34,9 @@ class LogCopy:
         """Write one record."""
         if isinstance(record, Message):
             self.messages += 1
-            self._writer.add_message(
-                self._channel_of[record.channel_id],
-                record.log_time,
-                record.data,
-                record.publish_time,
-                record.sequence,
+            message = self._channel_of[record.channel_id], record.data
+            self._writer.add_messages(
+                record.log_time, (message,), record.sequence, record.publish_time
             )
         elif isinstance(record, Schema):
             self._add_schema(record)
@@ -84,10 +81,10 @@ def log_copy(out: Path, inputs: tuple[Path, ...]) -> Iterator[LogCopy]:
     if any(path.resolve() == out.resolve() for path in inputs):
         raise RecordError(f"{out} is the log itself; choose another file to write to")
     with whole_file(out) as part, part.open("wb") as file:
-        writer = mcap_writer(file)
+        writer = McapFile(file)
         writer.start(profile="ros2", library=LIBRARY)
         yield LogCopy(writer)
-        writer.finish()  # type: ignore[no-untyped-call]
+        writer.finish()
 
 
 @dataclass(frozen=True, slots=True)

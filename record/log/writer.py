@@ -11,15 +11,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import BinaryIO
 
-from mcap.writer import CompressionType
-from mcap.writer import Writer as McapWriter
-
 from model.errors import RecordError
 from model.values.readings import ImuRecord
 from model.values.tick import Tick
 from model.values.wire import WireBytes
 from record.log import messages
 from record.log.definitions import DEFINITIONS, IMU_DEFINITION, IMU_TYPE
+from record.log.mcap_file import McapFile
 from record.log.tick_message import encode_tick
 from record.log.wire_message import (
     WIRE_DEFINITION,
@@ -31,7 +29,6 @@ from record.log.wire_message import (
 from record.topics import TICK_TOPIC
 from record.whole_file import clear_name, writing
 
-CHUNK_BYTES = 64 * 1024
 FLUSH_PERIOD_NS = 500_000_000
 DIAGNOSTICS_PERIOD_NS = 1_000_000_000
 LIBRARY = "bigant"
@@ -53,13 +50,6 @@ QOS = (
     "  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}\n"
     "  avoid_ros_namespace_conventions: false\n"
 )
-
-
-def mcap_writer(file: BinaryIO) -> McapWriter:
-    """Return a writer of small chunks, with a checksum over the whole beside those of the chunks."""
-    return McapWriter(
-        file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True
-    )
 
 
 class LogWriter:
@@ -90,7 +80,9 @@ class LogWriter:
         start_unix_ns: int,
     ) -> None:
         self.path = path
-        self._names, self._joints = names, joints or names
+        self._joints = joints or names
+        self._wrenches = [(f"/wrench/{name}", f"/wrench_predicted/{name}") for name in names]
+        self._names = names
         self._offset_ns = start_unix_ns - start_ns
         self._error: RecordError | None = None
         self._sequence = 0
@@ -100,7 +92,7 @@ class LogWriter:
         clear_name(path, "--log")
         with writing(path, "--log"):
             self._file: BinaryIO = path.open("wb")
-        self._writer = mcap_writer(self._file)
+        self._writer = McapFile(self._file)
         details = {
             **metadata,
             NAMES_KEY: ",".join(names),
@@ -159,45 +151,52 @@ class LogWriter:
 
     def _write(self, tick: Tick) -> None:
         unix_ns = tick.t_ns + self._offset_ns
-        names, joints, sent = self._names, tick.joints, tick.sent
+        joints, sent = tick.joints, tick.sent
         estimate = tick.estimate
         predicted_force = tick.contact.traction.force_B if estimate is None else estimate.force_B
-        self._put(TICK_TOPIC, unix_ns, encode_tick(tick))
         state = messages.joint_state(unix_ns, self._joints, joints.angle_rad, joints.rate_rad_s)
-        self._put("/joint_states", unix_ns, state)
         wanted = messages.joint_state(unix_ns, self._joints, sent.angle_rad, sent.rate_rad_s)
-        self._put("/joint_commands", unix_ns, wanted)
-        for leg, name in enumerate(names):
-            measured = messages.wrench(unix_ns, tick.forces.force_n[leg])
-            self._put(f"/wrench/{name}", unix_ns, measured)
-            predicted = messages.wrench(unix_ns, predicted_force[leg])
-            self._put(f"/wrench_predicted/{name}", unix_ns, predicted)
+        published = [
+            (TICK_TOPIC, encode_tick(tick)), ("/joint_states", state), ("/joint_commands", wanted),
+        ]  # fmt: skip
+        measured = messages.wrenches(unix_ns, tick.forces.force_n)
+        predicted = messages.wrenches(unix_ns, predicted_force)
+        for (topic, predicted_topic), one, other in zip(
+            self._wrenches, measured, predicted, strict=True
+        ):
+            published += ((topic, one), (predicted_topic, other))
         best = tick.dead_reckoning if estimate is None else estimate
-        self._put("/odom", unix_ns, messages.planar_odometry(unix_ns, best))
-        self._put("/tf", unix_ns, messages.transform(unix_ns, best))
+        published += zip(("/odom", "/tf"), messages.planar_pose(unix_ns, best), strict=True)
         if estimate is not None:
-            reckoned = messages.planar_odometry(unix_ns, tick.dead_reckoning)
-            self._put("/odom_open_loop", unix_ns, reckoned)
+            reckoned, _ = messages.planar_pose(unix_ns, tick.dead_reckoning)
+            published.append(("/odom_open_loop", reckoned))
         truth = tick.inputs.truth
         if truth is not None:
-            self._put("/odom_truth", unix_ns, messages.truth_odometry(unix_ns, truth))
+            published.append(("/odom_truth", messages.truth_odometry(unix_ns, truth)))
+        self._put(unix_ns, published)
         if tick.inputs.imu:
             self._write_imu(tick.inputs.imu, unix_ns)
         if tick.t_ns >= self._next_diagnostics_ns:
             self._next_diagnostics_ns = tick.t_ns + DIAGNOSTICS_PERIOD_NS
-            self._put("/diagnostics", unix_ns, messages.diagnostics(unix_ns, self._joints, tick))
+            diagnostics = messages.diagnostics(unix_ns, self._joints, tick)
+            self._put(unix_ns, [("/diagnostics", diagnostics)])
         self._sequence += 1
         if tick.t_ns >= self._next_flush_ns:
             self._next_flush_ns = tick.t_ns + FLUSH_PERIOD_NS
             self._flush()
 
+    def _put(self, unix_ns: int, published: list[tuple[str, bytes]]) -> None:
+        """Write messages of this tick: topic and bytes of each."""
+        channels = self._channels
+        put = [(channels[topic], data) for topic, data in published]
+        self._writer.add_messages(unix_ns, put, self._sequence)
+
     def _write_imu(self, readings: tuple[ImuRecord, ...], unix_ns: int) -> None:
         """Write readings with their own stamps; their topic begins with the first of them."""
         if IMU_TOPIC not in self._channels:
             self._add_topics(IMU_TYPE, IMU_DEFINITION, (IMU_TOPIC,))
-        for reading in readings:
-            data = messages.imu(reading.t_ns + self._offset_ns, reading)
-            self._put(IMU_TOPIC, unix_ns, data)
+        published = [(IMU_TOPIC, messages.imu(one.t_ns + self._offset_ns, one)) for one in readings]
+        self._put(unix_ns, published)
 
     def _add_topics(self, kind: str, definition: str, names: tuple[str, ...]) -> None:
         schema = self._writer.register_schema(kind, "ros2msg", definition.encode("utf-8"))
@@ -218,15 +217,11 @@ class LogWriter:
             self._add_topics(WIRE_TYPE, WIRE_DEFINITION, WIRE_TOPICS)
         for piece in heard:
             channel, unix_ns = self._channels[wire_topic(piece.wire)], piece.t_ns + self._offset_ns
-            self._writer.add_message(channel, unix_ns, encode_wire(piece), unix_ns, self._wires)
+            self._writer.add_messages(unix_ns, ((channel, encode_wire(piece)),), self._wires)
             self._wires += 1  # one count over all wires: their common order
 
-    def _put(self, topic: str, unix_ns: int, data: bytes) -> None:
-        self._writer.add_message(self._channels[topic], unix_ns, data, unix_ns, self._sequence)
-
     def _flush(self) -> None:
-        self._writer.flush()  # type: ignore[no-untyped-call]
-        self._file.flush()
+        self._writer.flush()
 
     def fileno(self) -> int:
         """Return the file's descriptor, for fsync."""

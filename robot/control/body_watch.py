@@ -15,6 +15,7 @@ from model.values.arrays import BoolArray, FloatArray, readonly
 from model.values.contact import ContactSolution
 from model.values.faults import Fault, FaultKind
 from model.values.legs import FootForces, JointCommand, JointState
+from model.values.quick import quick
 from model.values.tick import DeadReckoning, Mode
 from robot.config.safety import BodyLimits
 
@@ -42,6 +43,7 @@ class Travel(NamedTuple):
     load_a: float = 0.0
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class BodyMemory:
     """What the watch remembers.
@@ -66,6 +68,7 @@ class BodyMemory:
         return BodyMemory(-1, (Travel(),) * count, 0.0, 0.0, NOWHERE)
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class BodyInputs:
     """What the watch looks at in one tick.

@@ -22,6 +22,7 @@ from gaits.plan import Hold, Plan, Walking
 from model.values.arrays import BoolArray, FloatArray
 from model.values.faults import StopReason
 from model.values.parameters import ServoParameters
+from model.values.quick import quick
 from model.values.tick import Intent, Mode, Request
 from robot.control.stops import STOPS, StopKind, gravest
 
@@ -29,6 +30,7 @@ from robot.control.stops import STOPS, StopKind, gravest
 IN_PLACE_RAD = 0.03
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class Phase:
     """Where the machine stands.
@@ -46,6 +48,7 @@ class Phase:
     stop_reason: StopReason
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class Situation:
     """What the machine decides from.

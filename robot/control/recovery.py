@@ -13,6 +13,7 @@ import numpy as np
 
 from model.values.arrays import BoolArray, IntArray
 from model.values.faults import Fault, FaultKind, ServoEvent, StopReason
+from model.values.quick import quick
 from robot.config.safety import RecoverySettings
 from robot.control.safety import ServoVerdict
 
@@ -40,6 +41,7 @@ class RecoveryMemory:
         return RecoveryMemory(none, none, False, ())
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class RecoveryPlan:
     """What is to be done in one tick.
@@ -72,6 +74,7 @@ def legs_down(memory: RecoveryMemory, events: Sequence[ServoEvent]) -> BoolArray
     return down
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class RecoveryInputs:
     """What the decision is made from.

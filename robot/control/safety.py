@@ -21,6 +21,7 @@ from drivers.dynamixel.units import EXTENDED_POSITION_LIMIT, TICK_RAD, TICKS_PER
 from model.values.arrays import BoolArray, IntArray
 from model.values.faults import Fault, FaultKind
 from model.values.legs import JointCommand, JointState
+from model.values.quick import quick
 from model.values.readings import ServoReadings
 from robot.config.servo import SafetyLimits
 
@@ -32,6 +33,7 @@ STALE_SLACK_NS = 10_000_000
 LAST_TICK = EXTENDED_POSITION_LIMIT - 2 * TICKS_PER_TURN
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Allowed:
     """The command may go to the bus as it is.
@@ -117,6 +119,7 @@ def _legs(bus: ServoBusSettings, where: Iterable[bool]) -> str:
     return " ".join(name for name, here in zip(bus.names, where, strict=True) if here)
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class ServoVerdict:
     """The verdict of the watch over the servos in one tick.

@@ -7,6 +7,7 @@ from model.values.contact import ContactSolution
 from model.values.estimate import Estimate
 from model.values.faults import Fault, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
+from model.values.quick import quick
 from model.values.readings import ServoReadings
 from model.values.tick import DeadReckoning
 from robot.control.body_watch import BodyMemory
@@ -16,6 +17,7 @@ from robot.control.recovery import RecoveryPlan
 from robot.control.safety import Allowed, ServoVerdict
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class Senses:
     """What the sensors measured in one tick.
@@ -41,6 +43,7 @@ class Senses:
     began_ns: int
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimates:
     """What model and estimator make of the senses.
@@ -64,6 +67,7 @@ class Estimates:
     faults: tuple[Fault, ...]
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class Decision:
     """What is to be done.
@@ -85,6 +89,7 @@ class Decision:
     faults: tuple[Fault, ...]
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class Command:
     """What goes to the servos.
@@ -102,6 +107,7 @@ class Command:
     faults: tuple[Fault, ...]
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class ControllerState:
     """Everything the controller remembers from one tick to the next: the last output of its blocks.

@@ -21,6 +21,7 @@ from drivers.lines.poses import PoseListener
 from drivers.wire.tap import WireTap
 from model.errors import BusError, ConnectionLost
 from model.values.faults import Fault, FaultKind, ServoEvent
+from model.values.quick import quick
 from model.values.readings import (
     BodyTruth,
     ForceRecord,
@@ -41,6 +42,7 @@ class TruthSource(Protocol):
         ...
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Reading:
     """What one read brought in.

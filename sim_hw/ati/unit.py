@@ -8,6 +8,7 @@ source tells (does a start reset the sequence number? are commands acknowledged?
 import math
 from collections import deque
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -19,9 +20,10 @@ from drivers.ati.packets import (
     UnitCommand,
     build_record,
     device_ticks,
+    flags,
     parse_command,
 )
-from model.values.arrays import FloatArray, IntArray
+from model.values.arrays import FloatArray, IntArray, readonly
 from model.values.readings import ForceRecord
 from sim_hw.assumed import WNET_ASSUMED, WnetAssumed
 from sim_hw.interfaces import ConsoleEnd, WrenchSource
@@ -212,32 +214,37 @@ class VirtualWnet:
     def _record(self, t_ns: int) -> ForceRecord:
         wrench = self._source.wrench(t_ns)
         counts = np.zeros((TRANSDUCERS, AXES), dtype=np.int64)
-        saturated = np.zeros(TRANSDUCERS, dtype=bool)
         noise = self._random.standard_normal((TRANSDUCERS, AXES)) * self._noise
-        sensed = wrench[self._used] + noise[self._slots]
-        saturated[self._slots] = (np.abs(sensed) > RATING).any(axis=1)
+        sensed = wrench.take(self._used, axis=0) + noise.take(self._slots, axis=0)
+        beyond = np.abs(sensed) > RATING
+        over: list[int] = []  # slots of transducers that are saturated
+        if beyond.any():
+            over = self._slots[beyond.any(axis=1)].tolist()
+        bounds = bool(over)
         for row, slot in enumerate(self._slot_list):
             if self.state[slot].filter != USUAL_FILTER:
+                bounds = True  # what it remembers may have been beyond them
                 sensed[row] = self._filtered(self.state[slot], sensed[row])
-        bounded = np.minimum(np.maximum(sensed, -RATING), RATING)
-        counts[self._slots] = np.rint(bounded * COUNTS_PER_UNIT)
+        if bounds:
+            sensed = np.minimum(np.maximum(sensed, -RATING), RATING)
+        counts[self._slots] = np.rint(sensed * COUNTS_PER_UNIT)
         for slot in self._slot_list:
             bias = self.state[slot].bias
             if bias is not None:
                 counts[slot] -= bias
         powered = [state.powered for state in self.state]
-        present = np.array(powered)
+        saturated = [slot in over for slot in range(TRANSDUCERS)]
         self._sequence = (self._sequence + 1) % U32
         record = ForceRecord(
             t_ns=t_ns,
             device_ticks=device_ticks(t_ns + self._unix_offset_ns),
             sequence=self._sequence,
-            status=np.array(_status_words(powered, saturated.tolist(), self.assumed.extra_status)),
+            status=_status_words(tuple(powered), tuple(saturated), self.assumed.extra_status),
             battery=self.assumed.battery,
             mask=sum(1 << i for i, on in enumerate(powered) if on),
             counts=counts,
-            present=present,
-            saturated=saturated,
+            present=flags(tuple(powered)),
+            saturated=flags(tuple(saturated)),
         )
         self._recent_counts.append(counts)
         return record
@@ -264,7 +271,9 @@ class VirtualWnet:
         state.bias = np.rint(seen).astype(np.int64) + older
 
 
-def _status_words(present: list[bool], saturated: list[bool], extra: int) -> list[int]:
+@lru_cache(maxsize=16)
+def _status_words(present: tuple[bool, ...], saturated: tuple[bool, ...], extra: int) -> IntArray:
+    """The two status words, (2,); the same in nearly every record."""
     words = []
     for half in (0, 3):
         word = 0
@@ -274,4 +283,5 @@ def _status_words(present: list[bool], saturated: list[bool], extra: int) -> lis
             if saturated[half + i]:
                 word |= 1 << 24 + i
         words.append(word | (0xA80 | extra if half == 0 else 0))
-    return words
+    status: IntArray = readonly(np.array(words))
+    return status

@@ -10,9 +10,8 @@ old id is assumed.
 
 from collections import defaultdict, deque
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from drivers.dynamixel.catalog import MX_106
 from drivers.dynamixel.frames import (
@@ -44,8 +43,7 @@ ROUNDING_NS = 200
 CHECK_PERIOD_NS = 2_000_000
 
 
-@dataclass(frozen=True, slots=True)
-class Reply:
+class Reply(NamedTuple):
     """An answer on the wire.
 
     Attributes:
@@ -108,6 +106,7 @@ class VirtualServoBus:
     ) -> None:
         self._world = world
         self._assumed = assumed
+        self._work_ns = round(assumed.processing_s * 1e9)
         code = BAUD_CODES[baud_rate]
         self.servos = tuple(
             VirtualServo(
@@ -188,10 +187,9 @@ class VirtualServoBus:
                 neighbours.lose()
             return
         code = BAUD_CODES.get(baud_rate)
+        silent = self._silent
         listening = [
-            s
-            for s in self.servos
-            if s.table.get("baud_rate") == code and s.awake(t_ns) and s.servo_id not in self._silent
+            s for s in self.servos if s.understands(code, t_ns) and s.servo_id not in silent
         ]
         for item in self._parser.feed(data):
             self._wire_free_ns = max(self._wire_free_ns, t_ns)
@@ -215,6 +213,8 @@ class VirtualServoBus:
     def _collide(self, start_ns: int, end_ns: int, baud_rate: int) -> bool:
         """Garble the replies on the wire in this time; return whether there were any."""
         hit = False
+        if not self._replies or self._replies[-1].t_ns <= start_ns + ROUNDING_NS:
+            return hit  # the last of them is over
         for at, reply in enumerate(self._replies):
             begin_ns = reply.t_ns - wire_ns(len(reply.data), baud_rate)
             if reply.t_ns > start_ns + ROUNDING_NS and begin_ns < end_ns - ROUNDING_NS:
@@ -242,9 +242,10 @@ class VirtualServoBus:
 
     def replies(self, t_ns: int) -> bytes:
         """Return the bytes of all replies complete by a time."""
-        if not self._replies or self._replies[0].t_ns > t_ns:
+        replies = self._replies
+        if not replies or replies[0].t_ns > t_ns:
             return b""
-        return b"".join(reply.data for reply in self.due(t_ns))
+        return b"".join([reply.data for reply in self.due(t_ns)])
 
     def due(self, t_ns: int) -> list[Reply]:
         """Return all replies complete by a time, each by itself."""
@@ -258,9 +259,8 @@ class VirtualServoBus:
         sent: list[tuple[int, bytes]] = []  # when it begins, what
         for servo, error, data in answers:
             frame = build_status(servo_id, error | (ALERT if servo.alert else 0), data)
-            delay_ns = round(servo.table.get("return_delay_time") * RETURN_DELAY_UNIT_S * 1e9)
-            work_ns = round(self._assumed.processing_s * 1e9)
-            sent.append((self._wire_free_ns + delay_ns + work_ns, frame))
+            delay_ns = round(servo.table.values["return_delay_time"] * RETURN_DELAY_UNIT_S * 1e9)
+            sent.append((self._wire_free_ns + delay_ns + self._work_ns, frame))
         while sent:
             start_ns, frame = sent.pop(0)
             end_ns = start_ns + wire_ns(len(frame), baud_rate)
@@ -281,10 +281,11 @@ class VirtualServoBus:
             case Instruction.SYNC_READ | Instruction.BULK_READ:
                 self._answer_reads(frame, t_ns, baud_rate, by_id)
             case Instruction.SYNC_WRITE | Instruction.BULK_WRITE:
+                shadows = [servo for servo in listening if servo.shadow_id <= LARGEST_ID]
                 for servo_id, address, data in _writes(frame):
                     for servo in by_id.get(servo_id, ()):
                         servo.write(address, data, t_ns)
-                    for shadow in _shadows(listening, servo_id):
+                    for shadow in _shadows(shadows, servo_id):
                         shadow.write_as_shadow(address, data, t_ns)
             case Instruction.FAST_SYNC_READ | Instruction.FAST_BULK_READ:
                 return  # MX firmware does not know them; they go to everybody, so it is silent
@@ -324,11 +325,11 @@ class VirtualServoBus:
         for servo_id, address, length in _reads(frame):
             if servo_id not in by_id and self._silent.get(servo_id, False):
                 return
-            answers = [
-                (servo, *servo.read(address, length, t_ns, motors))
-                for servo in by_id.get(servo_id, ())
-                if servo.table.get("status_return_level") >= 1
-            ]
+            answers: list[ServoReply] = []
+            for servo in by_id.get(servo_id, ()):
+                if servo.table.values["status_return_level"] >= 1:
+                    error, data = servo.read(address, length, t_ns, motors)
+                    answers.append((servo, error, data))
             self._send(servo_id, answers, baud_rate)
 
 
@@ -340,8 +341,9 @@ def _reads(frame: Frame) -> Iterator[tuple[int, int, int]]:
     """Id, address and length of every part of a sync or bulk read."""
     data = frame.parameters
     if frame.instruction == Instruction.SYNC_READ:
+        address, length = _number(data), _number(data[2:])
         for servo_id in data[4:]:
-            yield servo_id, _number(data), _number(data[2:])
+            yield servo_id, address, length
     else:
         for at in range(0, len(data) - 4, 5):
             yield data[at], _number(data[at + 1 :]), _number(data[at + 3 :])

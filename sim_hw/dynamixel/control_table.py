@@ -8,12 +8,16 @@ assumed.
 """
 
 from functools import cache
+from struct import Struct
 
 from drivers.dynamixel.frames import StatusError
 from drivers.dynamixel.registers import Register
 from drivers.dynamixel.servo_model import ServoModel
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 
+# What a servo measures, first and last; ``struct``'s letters of so many bytes.
+FIRST_MEASURED, LAST_MEASURED = "realtime_tick", "present_temperature"
+LETTERS = {1: "B", 2: "H", 4: "I"}
 # Registers that hold a limit of others; exceeding one is Data Limit, not Data Range.
 LIMITED_BY = {
     "goal_pwm": "pwm_limit",
@@ -23,13 +27,32 @@ LIMITED_BY = {
 
 
 @cache
-def _places(model: ServoModel) -> tuple[dict[int, Register], dict[int, Register]]:
-    """Return the register of each byte, and the indirect address behind each byte of indirect data."""
+def _places(
+    model: ServoModel,
+) -> tuple[dict[int, Register], dict[int, Register], dict[tuple[int, int], Register]]:
+    """Return three ways to a register.
+
+    Returns:
+        The register of each byte, the indirect address behind each byte of indirect data, and what a write
+        of so many bytes at an address sets, where that is one register.
+    """
     table = model.table
     cover = {one.address + i: one for one in table for i in range(one.size)}
     addresses = [one for one in table if one.name.startswith("indirect_address_")]
     data = [table[one.name.replace("address", "data")] for one in addresses]
-    return cover, {one.address: to for one, to in zip(data, addresses, strict=True)}
+    pointers = {one.address: to for one, to in zip(data, addresses, strict=True)}
+    whole = {(one.address, one.size): one for one in table if one.address not in pointers}
+    return cover, pointers, whole
+
+
+@cache
+def _measured(model: ServoModel) -> tuple[int, Struct, frozenset[str]]:
+    """Return where what a servo measures begins, how it lies there without a gap, and its names."""
+    registers = model.table.between(FIRST_MEASURED, LAST_MEASURED)
+    letters = [LETTERS[one.size].lower() if one.signed else LETTERS[one.size] for one in registers]
+    layout = Struct("<" + "".join(letters))
+    assert registers[0].address + layout.size == registers[-1].end, "they are neighbours"
+    return registers[0].address, layout, frozenset(one.name for one in registers)
 
 
 class ControlTable:
@@ -44,6 +67,7 @@ class ControlTable:
 
     Attributes:
         model: Its model.
+        values: By name, as the bytes have them, of all registers but what is measured; only to be read.
     """
 
     def __init__(
@@ -58,9 +82,10 @@ class ControlTable:
         self.model = model
         self._registers = model.table.by_name
         self._size = model.table.size
-        self._cover, self._pointers = _places(model)
+        self._cover, self._pointers, self._whole = _places(model)
         self._memory = bytearray(self._size)
-        self._values: dict[str, int] = {}  # of all registers, as the bytes have them
+        self._measured_at, self._layout, self._measured = _measured(model)
+        self.values: dict[str, int] = {}
         self._plain_to = min(self._pointers, default=self._size)  # no indirect data before it
         for register in model.table:
             self.set(register.name, register.initial or 0)
@@ -76,15 +101,24 @@ class ControlTable:
 
     def get(self, name: str) -> int:
         """Return a register's value."""
-        return self._values[name]
+        value = self.values.get(name)
+        return self._decoded(self._registers[name]) if value is None else value
+
+    def _decoded(self, register: Register) -> int:
+        return register.decode(bytes(self._memory[register.address : register.end]))
 
     def set(self, name: str, value: int) -> None:
         """Set a register from inside the firmware; no rule applies."""
-        if self._values.get(name) == value:
+        if self.values.get(name) == value:
             return
         register = self._registers[name]
         self._memory[register.address : register.end] = register.encode(value)
-        self._values[name] = value
+        if name not in self._measured:
+            self.values[name] = value
+
+    def put_measured(self, *values: int) -> None:
+        """Set all that is measured, from ``realtime_tick`` on, in the order of the addresses."""
+        self._layout.pack_into(self._memory, self._measured_at, *values)
 
     def reset_ram(self) -> None:
         """Forget everything that is not kept without power."""
@@ -111,6 +145,9 @@ class ControlTable:
         """Say what a servo answers to a write, without doing it."""
         if not data or address + len(data) > self._size:
             return StatusError.DATA_LENGTH
+        register = self._whole.get((address, len(data)))
+        if register is not None:  # as most writes are
+            return self._check(register, data)
         position = 0
         while position < len(data):
             register = self._cover.get(address + position)
@@ -145,30 +182,35 @@ class ControlTable:
         return self._check(register, bytes(made))
 
     def _locked(self, register: Register) -> bool:
-        return register.eeprom and self.get("torque_enable") == 1
+        return register.eeprom and self.values["torque_enable"] == 1
 
     def _check(self, register: Register, data: bytes) -> StatusError:
         if not register.writable or self._locked(register):
             return StatusError.ACCESS
-        value = register.decode(data)
-        limit = LIMITED_BY.get(register.name)
-        if limit is not None and abs(value) > self.get(limit):
+        value, name, values = register.decode(data), register.name, self.values
+        limit = LIMITED_BY.get(name)
+        if limit is not None and abs(value) > values[limit]:
             return StatusError.DATA_LIMIT
-        lowest = 0 if register.name == "bus_watchdog" else register.minimum
+        lowest = 0 if name == "bus_watchdog" else register.minimum
         if not lowest <= value <= register.maximum:
             return StatusError.DATA_RANGE
-        if register.name == "operating_mode" and value not in self.model.modes:
+        if name == "operating_mode" and value not in self.model.modes:
             return StatusError.DATA_RANGE
-        if register.name.startswith("goal_") and self.get("bus_watchdog") == -1:
+        if name.startswith("goal_") and values["bus_watchdog"] == -1:
             return StatusError.DATA_RANGE  # a tripped watchdog takes no goals until it is cleared
-        if register.name == "goal_position" and self.get("operating_mode") == 3:
-            low, high = self.get("min_position_limit"), self.get("max_position_limit")
+        if name == "goal_position" and values["operating_mode"] == 3:
+            low, high = values["min_position_limit"], values["max_position_limit"]
             return StatusError.NONE if low <= value <= high else StatusError.DATA_LIMIT
         return StatusError.NONE
 
     def write(self, address: int, data: bytes) -> list[str]:
         """Do a write that has been checked; return the names of the registers it touched."""
         end = address + len(data)
+        register = self._whole.get((address, len(data)))
+        if register is not None:
+            self._memory[address:end] = data
+            self.values[register.name] = register.decode(data)
+            return [register.name]
         if end <= self._plain_to:
             self._memory[address:end] = data
             begins = [at for at in range(address, end) if self._cover[at].address == at]
@@ -183,6 +225,5 @@ class ControlTable:
     def _renew(self, target: int) -> str:
         """Take the value of the register at an address from its bytes; return its name."""
         register = self._cover[target]
-        data = bytes(self._memory[register.address : register.end])
-        self._values[register.name] = register.decode(data)
+        self.values[register.name] = self._decoded(register)
         return register.name

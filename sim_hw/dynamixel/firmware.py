@@ -8,7 +8,7 @@ K_I = n/65536, K_D = n/16, feedforward n/4. The loop's own rate is not published
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -56,6 +56,20 @@ _NUMBERS = [
 _SWITCHES = [("torque", np.bool_), ("stopped", np.bool_), ("cascaded", np.bool_)]
 FIELDS = tuple(name for name, _ in (*_NUMBERS, *_SWITCHES))
 SERVO = np.dtype((np.record, np.dtype([*_NUMBERS, *_SWITCHES], align=True)))
+
+
+class LoopState(NamedTuple):
+    """What a servo reports of its control loop: fields of its record, as plain numbers."""
+
+    goal_position: float
+    operating_mode: float
+    profile_velocity: float
+    profile_acceleration: float
+    trajectory: float
+    trajectory_rate: float
+    ramp_velocity: float
+    pwm: float
+    torque: bool
 
 
 @compiled
@@ -198,6 +212,7 @@ class FirmwareBank:
         self.mode: FloatArray = self.columns["operating_mode"]
         self.goal_position: FloatArray = self.columns["goal_position"]
         self._torque: BoolArray = self.servos["torque"]
+        self._states = servos[list(LoopState._fields)]
         self.mode[:] = OperatingMode.POSITION
         self.servos["position_p_gain"] = 850.0
         self.servos["pwm_limit"] = self.servos["goal_pwm"] = DUTY_FULL
@@ -210,6 +225,15 @@ class FirmwareBank:
         """True where the output stage is on."""
         driven: BoolArray = self._torque.copy()
         return driven
+
+    def torque(self, index: int) -> bool:
+        """Whether the output stage of one servo is on."""
+        on: bool = self._torque.item(index)
+        return on
+
+    def at(self, index: int) -> LoopState:
+        """Return what one servo reports of its loop."""
+        return LoopState._make(self._states.item(index))
 
     def restart(self, index: int, ticks: float) -> None:
         """Begin again at a position: torque switched on, mode changed, power came back."""

@@ -34,7 +34,7 @@ class MemoryPort(ClockedPort):
         super().__init__("memory", baud_rate, clock)
         self._bus = bus
         self._virtual = clock
-        self._received = bytearray()
+        self._received = b""
         self.latency_ms = LATENCY_MS
         if latency_timer_s > 0:
             self.latency_ms = self.latency_timer_ms = 1e3 * latency_timer_s
@@ -46,7 +46,7 @@ class MemoryPort(ClockedPort):
             ConnectionLost: The cable is out.
         """
         self._bus.replies(self._virtual.now_ns())
-        self._received.clear()
+        self._received = b""
         self.is_open = True
         return True
 
@@ -58,7 +58,7 @@ class MemoryPort(ClockedPort):
     def clearPort(self) -> None:  # noqa: N802
         """Drop what has arrived."""
         self._arrive()
-        self._received.clear()
+        self._received = b""
 
     def writePort(self, packet: bytes) -> int:  # noqa: N802
         """Send bytes; takes their wire time."""
@@ -74,8 +74,7 @@ class MemoryPort(ClockedPort):
         if not self._received:
             self._let_time_pass()
             self._arrive()
-        data = bytes(self._received[:length])
-        del self._received[:length]
+        data, self._received = self._received[:length], self._received[length:]
         self.note("rx", data)
         return data
 

@@ -5,12 +5,13 @@ current above a limit for some seconds (``ServoAssumed``; in proportion to a mod
 voltage error has no delay.
 """
 
+from collections.abc import Mapping
+
 from drivers.dynamixel.catalog import MX_106
 from drivers.dynamixel.registers import HardwareError
 from drivers.dynamixel.servo_model import MotorRatings
 from drivers.dynamixel.units import VOLTAGE_UNIT_V
 from sim_hw.assumed import ServoAssumed
-from sim_hw.dynamixel.control_table import ControlTable
 from sim_hw.interfaces import MotorReadings
 
 
@@ -34,16 +35,25 @@ class Protection:
         """Forget how long the load has lasted."""
         self._since_ns = None
 
-    def errors(self, table: ControlTable, t_ns: int, motors: MotorReadings, *, torque: bool) -> int:
-        """Return the bits of Hardware Error Status that hold now."""
+    def errors(
+        self, registers: Mapping[str, int], t_ns: int, motors: MotorReadings, *, torque: bool
+    ) -> int:
+        """Return the bits of Hardware Error Status that hold now.
+
+        Args:
+            registers: The servo's registers by name; its limits are among them.
+            t_ns: Now.
+            motors: What the sensors give.
+            torque: Whether its torque is on.
+        """
         i = self._index
         error = 0
-        volts = motors.supply_v[i] / VOLTAGE_UNIT_V
-        if not table.get("min_voltage_limit") <= volts <= table.get("max_voltage_limit"):
+        volts = motors.supply_v.item(i) / VOLTAGE_UNIT_V
+        if not registers["min_voltage_limit"] <= volts <= registers["max_voltage_limit"]:
             error |= HardwareError.INPUT_VOLTAGE
-        if motors.temperature_c[i] > table.get("temperature_limit"):
+        if motors.temperature_c.item(i) > registers["temperature_limit"]:
             error |= HardwareError.OVERHEATING
-        if not torque or abs(motors.current_a[i]) < self._limit_a:
+        if not torque or abs(motors.current_a.item(i)) < self._limit_a:
             self._since_ns = None
         elif self._since_ns is None:
             self._since_ns = t_ns

@@ -33,6 +33,7 @@ from sim_hw.dynamixel.firmware import (
     TURNED,
     VELOCITY,
     FirmwareBank,
+    LoopState,
 )
 from sim_hw.dynamixel.protection import Protection
 from sim_hw.interfaces import MotorReadings, MotorWorld
@@ -97,17 +98,17 @@ class VirtualServo:
     @property
     def servo_id(self) -> int:
         """Dynamixel id."""
-        return self.table.get("id")
+        return self.table.values["id"]
 
     @property
     def shadow_id(self) -> int:
         """Secondary id, above 252 when there is none."""
-        return self.table.get("secondary_id")
+        return self.table.values["secondary_id"]
 
     @property
     def alert(self) -> bool:
         """Whether a hardware error is latched."""
-        return self.table.get("hardware_error_status") != 0
+        return self.table.values["hardware_error_status"] != 0
 
     def identity(self) -> bytes:
         """Return what a ping is answered with: model number and firmware version."""
@@ -129,11 +130,11 @@ class VirtualServo:
 
     def check(self, t_ns: int, motors: MotorReadings) -> None:
         """Look after the watchdog and the protections, with the motors as they are now."""
-        units = self.table.get("bus_watchdog")
-        if units > 0 and self._torque and t_ns - self._heard_ns > units * WATCHDOG_UNIT_S * 1e9:
+        units, torque = self.table.values["bus_watchdog"], self._torque
+        if units > 0 and torque and t_ns - self._heard_ns > units * WATCHDOG_UNIT_S * 1e9:
             self.table.set("bus_watchdog", -1)
             self._stop_motor()
-        error = self._protection.errors(self.table, t_ns, motors, torque=self._torque)
+        error = self._protection.errors(self.table.values, t_ns, motors, torque=torque)
         if error:
             latched = self.table.get("hardware_error_status") | error
             self.table.set("hardware_error_status", latched)
@@ -205,8 +206,11 @@ class VirtualServo:
         error = self.table.check_write(address, data)
         if error is not StatusError.NONE:
             return error
-        mode_before, torque_before = self.table.get("operating_mode"), self._torque
+        mode_before, torque_before = self.table.values["operating_mode"], self._torque
         touched = self.table.write(address, data)
+        if touched == GOAL_ONLY:
+            self._sync_goal()
+            return StatusError.NONE
         if "operating_mode" in touched and self.table.get("operating_mode") != mode_before:
             self._changed_mode()
         if "torque_enable" in touched:
@@ -218,10 +222,7 @@ class VirtualServo:
         if "bus_watchdog" in touched:
             self._loop["stopped"][self._index] = False
             self._heard_ns = t_ns
-        if touched == GOAL_ONLY:
-            self._sync_goal()
-        else:
-            self._sync_firmware()
+        self._sync_firmware()
         return StatusError.NONE
 
     def _register_write(self, address: int, data: bytes) -> StatusError:
@@ -239,9 +240,11 @@ class VirtualServo:
         self.table.set("registered_instruction", 0)
         return self.write(address, data, t_ns)
 
-    def awake(self, t_ns: int) -> bool:
+    def understands(self, baud_code: int | None, t_ns: int) -> bool:
         """Whether it has started and understands what is on the wire."""
-        return t_ns >= self._awake_ns and self.table.get("protocol_type") == PROTOCOL
+        values = self.table.values
+        awake = t_ns >= self._awake_ns and values["protocol_type"] == PROTOCOL
+        return awake and values["baud_rate"] == baud_code
 
     def restart(self, t_ns: int) -> None:
         """Begin as after power-up: RAM, turns and torque are lost, EEPROM is kept; deaf for a while."""
@@ -257,7 +260,7 @@ class VirtualServo:
     def _clear(self, parameters: bytes) -> StatusError:
         if parameters != CLEAR_MULTI_TURN:
             return StatusError.DATA_RANGE
-        if self._is_moving(self._world.motors()):
+        if abs(self._world.motors().rate_rad_s[self._index]) > self._moving_rad_s:
             return StatusError.RESULT_FAIL
         self._into_one_turn()
         self._goal_is_here()
@@ -281,7 +284,7 @@ class VirtualServo:
 
     @property
     def _torque(self) -> bool:
-        return bool(self._loop["torque"][self._index])
+        return self._firmware.torque(self._index)
 
     @property
     def _shut_down(self) -> bool:
@@ -290,7 +293,7 @@ class VirtualServo:
     @property
     def _sense(self) -> int:
         """-1 where Drive Mode reverses every signed register but the homing offset."""
-        return -1 if self.table.get("drive_mode") & REVERSE else 1
+        return -1 if self.table.values["drive_mode"] & REVERSE else 1
 
     def _shaft(self) -> float:
         """The continuous encoder in the world's own sense, before rounding [ticks]."""
@@ -303,8 +306,8 @@ class VirtualServo:
     @property
     def _offset(self) -> int:
         """Present position minus what the encoder counts: homing offset, and turns forgotten."""
-        offset = self.table.get("homing_offset")
-        if self.table.get("operating_mode") == POSITION:
+        offset = self.table.values["homing_offset"]
+        if self.table.values["operating_mode"] == POSITION:
             limit = LARGEST_OFFSET_IN_POSITION_MODE
             offset = max(-limit, min(limit, offset))
         return offset - self._rebase_ticks
@@ -356,12 +359,12 @@ class VirtualServo:
 
     def _sync_goal(self) -> None:
         """Copy the goal, and where times are given instead of speeds, what follows from it."""
-        loop, i, get = self._loop, self._index, self.table.get
-        if not loop["stopped"][i]:
-            loop["goal_position"][i] = self._sense * (get("goal_position") - self._offset)
+        loop, i, values = self._loop, self._index, self.table.values
         if not self._torque:
             loop["goal_position"][i] = loop["trajectory"][i] = self._shaft()
-        if get("drive_mode") & TIME_BASED:
+        elif not loop["stopped"][i]:
+            loop["goal_position"][i] = self._sense * (values["goal_position"] - self._offset)
+        if values["drive_mode"] & TIME_BASED:
             self._plan_by_time()
 
     def _plan_by_time(self) -> None:
@@ -383,43 +386,45 @@ class VirtualServo:
             self._timed = speed, gain * ACCELERATION_S / ramp_s if ramp_s else 0.0
         loop["profile_velocity"][i], loop["profile_acceleration"][i] = self._timed
 
-    def _is_moving(self, motors: MotorReadings) -> bool:
-        threshold = self.table.get("moving_threshold") * VELOCITY_UNIT_RAD_S
-        return bool(abs(motors.rate_rad_s[self._index]) > threshold)
+    @property
+    def _moving_rad_s(self) -> float:
+        """A shaft that is faster is moving."""
+        return self.table.values["moving_threshold"] * VELOCITY_UNIT_RAD_S
 
     def _measure(self, t_ns: int, motors: MotorReadings) -> None:
         """Fill the registers of what is measured."""
-        loop, i, put = self._loop, self._index, self.table.set
-        rate_rad_s, trajectory = float(motors.rate_rad_s[i]), float(loop["trajectory"][i])
-        put("realtime_tick", (t_ns // 1_000_000) % 32768)
-        sense, offset, pwm = self._sense, self._offset, float(loop["pwm"][i])
-        status = self._moving_status()
-        put("moving", int(self._is_moving(motors) or bool(status & PROFILE_ONGOING)))
-        put("moving_status", status)
-        put("present_pwm", round(sense * pwm))
-        if self.table.model.measures_current:
-            counts = float(motors.current_a[i]) / self.table.model.current_unit_a
-            put("present_current", round(sense * counts))
+        loop, i, model = self._firmware.at(self._index), self._index, self.table.model
+        sense, offset = self._sense, self._offset
+        status, rate_rad_s = _moving_status(loop), motors.rate_rad_s.item(i)
+        moving = abs(rate_rad_s) > self._moving_rad_s or bool(status & PROFILE_ONGOING)
+        if model.measures_current:
+            load = round(sense * (motors.current_a.item(i) / model.current_unit_a))
         else:
-            put("present_load", round(sense * pwm / DUTY_FULL / LOAD_UNIT))
-        put("present_velocity", round(sense * rate_rad_s / VELOCITY_UNIT_RAD_S))
-        put("present_position", round(sense * float(motors.ticks[i])) + offset)
-        put("velocity_trajectory", round(sense * self._planned_velocity()))
-        put("position_trajectory", round(sense * trajectory) + offset)
-        put("present_input_voltage", round(float(motors.supply_v[i]) / VOLTAGE_UNIT_V))
-        put("present_temperature", max(0, round(float(motors.temperature_c[i]))))
+            load = round(sense * loop.pwm / DUTY_FULL / LOAD_UNIT)
+        if loop.operating_mode == VELOCITY:
+            planned = loop.ramp_velocity
+        else:
+            planned = loop.trajectory_rate * TICK_RAD / VELOCITY_UNIT_RAD_S
+        self.table.put_measured(
+            (t_ns // 1_000_000) % 32768,
+            moving,
+            status,
+            round(sense * loop.pwm),
+            load,
+            round(sense * rate_rad_s / VELOCITY_UNIT_RAD_S),
+            round(sense * motors.ticks.item(i)) + offset,
+            round(sense * planned),
+            round(sense * loop.trajectory) + offset,
+            round(motors.supply_v.item(i) / VOLTAGE_UNIT_V),
+            max(0, round(motors.temperature_c.item(i))),
+        )
 
-    def _planned_velocity(self) -> float:
-        """What the profile asks for now [counts]."""
-        if self._loop["operating_mode"][self._index] == VELOCITY:
-            return float(self._loop["ramp_velocity"][self._index])
-        return float(self._loop["trajectory_rate"][self._index]) * TICK_RAD / VELOCITY_UNIT_RAD_S
 
-    def _moving_status(self) -> int:
-        loop, i = self._loop, self._index
-        ongoing = abs(loop["goal_position"][i] - loop["trajectory"][i]) > PROFILE_ONGOING_TICKS
-        if not self._torque or loop["operating_mode"][i] not in POSITION_MODES or not ongoing:
-            return IN_POSITION
-        if not loop["profile_velocity"][i]:
-            return PROFILE_ONGOING | NO_PROFILE
-        return PROFILE_ONGOING | (TRAPEZOIDAL if loop["profile_acceleration"][i] else RECTANGULAR)
+def _moving_status(loop: LoopState) -> int:
+    """What register Moving Status says of a control loop."""
+    ongoing = abs(loop.goal_position - loop.trajectory) > PROFILE_ONGOING_TICKS
+    if not loop.torque or loop.operating_mode not in POSITION_MODES or not ongoing:
+        return IN_POSITION
+    if not loop.profile_velocity:
+        return PROFILE_ONGOING | NO_PROFILE
+    return PROFILE_ONGOING | (TRAPEZOIDAL if loop.profile_acceleration else RECTANGULAR)

@@ -12,7 +12,9 @@ from model.compiled import COMPILED
 from model.values.arrays import FloatArray
 from model.values.readings import BodyTruth
 from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.host import wrench_kernel
 from sim_hw.host.step_kernel import CompiledSteps
+from sim_hw.host.wrench_kernel import mean_wrenches
 from sim_hw.interfaces import FirmwareControl, MotorReadings
 from sim_hw.plant.leg_kernel import MOTOR, MOTOR_RATE, SHAFT, SHAFT_RATE
 from sim_hw.plant.plant import Plant
@@ -57,8 +59,8 @@ class World:
         self._origin = plant.parameters.shaft_position + force_sensor.offset_m
         known = sensors if sensors is not None else SensorParameters.healthy(len(signs))
         yaw = force_sensor.yaw_rad + known.force_yaw
-        self._cosine, self._sine = np.cos(yaw), np.sin(yaw)
-        self._up = force_sensor.up.astype(np.float64)
+        self._turned = np.array([np.cos(yaw), np.sin(yaw), force_sensor.up.astype(np.float64)])
+        wrench_kernel.prepare()
         self._channel = ForceChannel(known, seed)
         self._marker_share = known.marker_share
         loop = plant.parameters.drive.loop
@@ -112,7 +114,7 @@ class World:
             return
         compiled.run(count, self._steps, self._forces)
         self._steps += count
-        plant.foot_force_B = self._forces[self._steps % KEPT_STEPS].copy()
+        plant.foot_force_B = self._forces[self._steps % KEPT_STEPS]
 
     def _step(self) -> None:
         plant = self.plant
@@ -155,21 +157,11 @@ class World:
             self._read_until = last
         else:  # asked again within a step: the same answer
             first = last
-        rows = np.arange(max(first, last - KEPT_STEPS // 2), last + 1) - self._late_steps
-        force = self._forces[np.maximum(rows, 0) % KEPT_STEPS].mean(axis=0)
-        return self._channel.report(self._sensor_wrench(force), t_ns)
-
-    def _sensor_wrench(self, force_B: FloatArray) -> FloatArray:  # noqa: N803 - frame suffix
-        """Turn forces on the feet into wrenches on the transducers."""
-        lever = self.plant.feet_B - self._origin
-        (fx, fy, fz), (x, y, z) = force_B.T, lever.T
-        tx, ty = y * fz - z * fy, z * fx - x * fz
-        c, s, up = self._cosine, self._sine, self._up
-        wrench = np.empty((len(force_B), 6))
-        wrench[:, 0], wrench[:, 1], wrench[:, 2] = c * fx + s * fy, c * fy - s * fx, fz
-        wrench[:, 3], wrench[:, 4], wrench[:, 5] = c * tx + s * ty, c * ty - s * tx, x * fy - y * fx
-        wrench[:, [1, 2, 4, 5]] *= up[:, None]
-        return wrench
+        late, lever = self._late_steps, self.plant.feet_B - self._origin
+        begin = max(first, last - KEPT_STEPS // 2)
+        wrench = np.empty((len(lever), 6))
+        mean_wrenches(self._forces, begin - late, last - late, lever, self._turned, wrench)
+        return self._channel.report(wrench, t_ns)
 
     def places(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the body's position and quaternion x y z w, and the feet as their markers show them."""

@@ -90,6 +90,7 @@ class Plant:
         self._roll_v = np.full(p.legs, -1)
         for k in np.flatnonzero(p.turning_radius > 0).tolist():
             self._roll_v[k] = model.joint(f"roll_{k}").dofadr[0]
+        self._xpos, self._xquat, self._xmat = data.xpos, data.xquat, data.xmat
         self._foot_body = np.array([model.body(f"foot_{k}").id for k in legs])
         self._foot_parent = model.body_parentid[self._foot_body]
         self._geoms = np.array([model.geom(f"foot_{k}").id for k in legs])
@@ -129,16 +130,20 @@ class Plant:
     @property
     def torso_rotation(self) -> FloatArray:
         """Body to world, (3, 3), as of the last call of ``refresh`` or ``truth``."""
-        rotation: FloatArray = self.data.xmat[self._torso].reshape(3, 3)
+        rotation: FloatArray = self._xmat[self._torso].reshape(3, 3)
         return rotation
 
     @property
     def feet_B(self) -> FloatArray:  # noqa: N802 - frame suffix
         """Feet in the body frame, (N, 3) [m]."""
         self.refresh()
-        relative = self.data.xpos[self._foot_body] - self.data.xpos[self._torso]
-        feet: FloatArray = relative @ self.torso_rotation
+        feet: FloatArray = self._arms() @ self.torso_rotation
         return feet
+
+    def _arms(self) -> FloatArray:
+        """From the torso's origin to the feet, world axes, (N, 3) [m]."""
+        arms: FloatArray = self._xpos.take(self._foot_body, axis=0) - self._xpos[self._torso]
+        return arms
 
     def refresh(self) -> None:
         """Bring MuJoCo's places of bodies up to date with its state."""
@@ -236,7 +241,7 @@ class Plant:
         on_torso[[0, 1, 5]] += force
 
     def _change_surface(self) -> None:
-        place, p = self.data.xpos[self._foot_body], self.parameters
+        place, p = self._xpos[self._foot_body], self.parameters
         surface(
             self.data.time, self._settings, p.mu, p.friction.fade_s, p.friction.adhesion,
             self._normal, place, self._foot_velocity(), self._coefficients, self._cling,
@@ -261,7 +266,7 @@ class Plant:
 
     def _foot_velocity(self) -> FloatArray:
         """Velocities of the feet, world axes, (N, 3)."""
-        arm = self.data.xpos[self._foot_body] - self.data.xpos[self._torso]
+        arm = self._arms()
         velocity = np.empty(arm.shape)
         foot_velocities(self._qvel, self._foot_v, arm, self.torso_rotation, velocity)
         return velocity
@@ -269,9 +274,8 @@ class Plant:
     def places(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the body's position and quaternion x y z w, and the feet, in the world."""
         self.refresh()
-        data = self.data
-        quaternion = data.xquat[self._torso][SCALAR_LAST]
-        return data.xpos[self._torso], quaternion, data.xpos[self._foot_body]
+        quaternion = self._xquat[self._torso].take(SCALAR_LAST)
+        return self._xpos[self._torso], quaternion, self._xpos.take(self._foot_body, axis=0)
 
     def marker_places(self, share: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the same, the feet as markers show that go along with a share of their legs' give."""
@@ -297,7 +301,7 @@ class Plant:
             quaternion_xyzw=readonly(quaternion),
             velocity_B=readonly(self._qvel[0:3] @ rotation),
             angular_velocity_B=readonly(self._qvel[3:6].copy()),
-            foot_position_W=readonly(feet.copy()),
+            foot_position_W=readonly(feet),
             foot_velocity_W=readonly(self._foot_velocity()),
             foot_force_B=readonly(self.foot_force_B.copy()),
             contact=readonly(self.foot_force_B[:, 2] > CONTACT_FORCE_N),

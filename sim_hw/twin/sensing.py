@@ -108,15 +108,16 @@ class ForceChannel:
         self._start_ns = -1
         self._random = np.random.default_rng([seed, 0x66])
         self._wander = np.zeros((len(sensors.force_gain), 3))
+        added = (
+            sensors.force_cross_talk.any() or sensors.force_bias.any() or sensors.force_drift.any()
+        )
+        self._true = bool((sensors.force_gain == 1.0).all() and not added)
 
     def report(self, wrench: FloatArray, t_ns: int) -> FloatArray:
         """Return the reported wrench, (N, 6), of the true one at a time."""
         s = self._sensors
         self._start_ns = t_ns if self._start_ns < 0 else self._start_ns
-        reading = wrench * s.force_gain[:, None]
-        reading[:, :2] += s.force_cross_talk * reading[:, 2:3]
-        reading[:, :3] += s.force_bias
-        reading[:, 2] += s.force_drift * ((t_ns - self._start_ns) * 1e-9)
+        reading = wrench if self._true else self._wrong(wrench, (t_ns - self._start_ns) * 1e-9)
         since_s, self._last_ns = (t_ns - self._last_ns) * 1e-9, t_ns
         stages: list[FloatArray] = []
         for number, lag_s in enumerate(self._lags_s):
@@ -126,6 +127,15 @@ class ForceChannel:
             stages.append(reading)
         self._last = stages
         return self._wandered(reading, since_s) if s.force_wander_n > 0 else reading
+
+    def _wrong(self, wrench: FloatArray, since_s: float) -> FloatArray:
+        """Apply gain, cross-talk, bias and drift."""
+        s = self._sensors
+        reading: FloatArray = wrench * s.force_gain[:, None]
+        reading[:, :2] += s.force_cross_talk * reading[:, 2:3]
+        reading[:, :3] += s.force_bias
+        reading[:, 2] += s.force_drift * since_s
+        return reading
 
     def _wandered(self, reading: FloatArray, since_s: float) -> FloatArray:
         """Add a first-order random process to each force."""
