@@ -15,7 +15,7 @@ from model.kinematics.legs import LegKinematics, leg_kinematics
 from model.motion.se2 import aligning, compose, yaw_of
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import POSE, Estimate, OdometryInputs
-from model.values.legs import FootForces, FootMotion, JointState
+from model.values.legs import FootForces, JointState
 from model.values.parameters import RobotParameters
 from model.values.readings import ImuRecord, PoseRecord
 from model.values.tick import Tick
@@ -26,7 +26,7 @@ from robot.control.effects import EffectMemory, EffectsBeside
 from robot.control.imu import MountedImu
 
 FIRST = -1
-LEAST_RATE_RAD_S = 0.05  # of a shaft that turns
+UNKNOWN = (np.nan, np.nan, np.nan)  # yaw rate, roll, pitch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,20 +96,17 @@ class EstimatorStage:
                 world lies in ours, so that the estimate does not jump.
             imu: Readings of the IMU since then; the newest fresh one counts.
         """
-        effects = memory.effects
+        effects, rate_rad_s, added = memory.effects, joints.rate_rad_s, None
         if self._effects is None:
-            feet = self._kinematics.feet(joints.angle_rad, joints.rate_rad_s)
-            inputs = OdometryInputs(t_ns, feet, forces)
+            feet = self._kinematics.feet(joints.angle_rad, rate_rad_s)
         else:
-            effects, tick = self._effects.step(
-                effects, t_ns, joints.angle_rad, joints.rate_rad_s, forces
-            )
-            inputs = OdometryInputs(t_ns, tick.answer.feet, tick.forces, added=tick.added)
-        if len(joints.rate_rad_s) == len(inputs.feet.position_m):  # a shaft a leg
-            inputs = replace(inputs, slope_m=_slope(inputs.feet, joints.rate_rad_s))
-        if imu:
-            rate, roll, pitch = self._imu.of_body(imu, t_ns)
-            inputs = replace(inputs, yaw_rate_rad_s=rate, roll_rad=roll, pitch_rad=pitch)
+            effects, tick = self._effects.step(effects, t_ns, joints.angle_rad, rate_rad_s, forces)
+            feet, forces, added = tick.answer.feet, tick.forces, tick.added
+        shafts = rate_rad_s if len(rate_rad_s) == len(feet.position_m) else None  # a shaft a leg
+        turn, roll, pitch = self._imu.of_body(imu, t_ns) if imu else UNKNOWN
+        inputs = OdometryInputs(
+            t_ns, feet, forces, turn, roll, pitch, added=added, shaft_rad_s=shafts
+        )
         before, alignment = memory.estimator, memory.alignment
         if poses:
             alignment, late, newest = self._sorted(before, alignment, t_ns, poses)
@@ -151,16 +148,6 @@ class EstimatorStage:
             else:
                 newest = sample
         return alignment, late, newest
-
-
-def _slope(feet: FootMotion, rate_rad_s: FloatArray) -> FloatArray:
-    """Slope of each foot's height over its shaft's angle, (N,) [m/rad]; NaN while a shaft rests."""
-    turns = np.abs(rate_rad_s) > LEAST_RATE_RAD_S
-    with np.errstate(invalid="ignore"):
-        slope: FloatArray = np.where(
-            turns, feet.velocity_m_s[:, 2] / np.where(turns, rate_rad_s, 1.0), np.nan
-        )
-    return readonly(slope)
 
 
 def estimator_stage(config: RobotConfig, kinematics: LegKinematics) -> EstimatorStage:
