@@ -13,6 +13,7 @@ from model.errors import ModelError
 from model.estimator import (
     force_blend,
     frame_kernel,
+    gate_kernel,
     health,
     output,
     process,
@@ -27,9 +28,10 @@ from model.estimator import measurements as measure
 from model.estimator.kalman import Kalman, MeasurementStack, Updated, mended, sound
 from model.estimator.measurements import TURN
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood, no_answer
-from model.estimator.process import ProcessStep
+from model.estimator.process import Beside, ProcessStep
 from model.estimator.settings import EstimatorSettings, record_of
 from model.estimator.sources import ABSOLUTE
+from model.estimator.tolerances import Apart
 from model.quasistatic import frame
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import (
@@ -45,13 +47,14 @@ from model.values.estimate import (
     AddedByEffects,
     Estimate,
     EstimatorState,
-    ForceMemory,
     OdometryInputs,
 )
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
 
 START_SD = 1e-4  # of pose [m, rad] and velocity [m/s, rad/s] at the beginning
+HEIGHT = 5  # in a row of ``Neighbourhood``
+NO_SHAKE = readonly(np.zeros(3))
 SENSOR_BIASES = np.array([GYRO_BIAS, *range(TILT_BIAS.start, TILT_BIAS.stop)])
 
 
@@ -95,6 +98,10 @@ class Estimator:
             process,
             measure,
             output,
+            force_blend,
+            gate_kernel,
+            shaft_zeros,
+            vibration,
         ):
             module.prepare()
 
@@ -162,16 +169,12 @@ class Estimator:
         held = idle_ns != NEVER and (inputs.t_ns - idle_ns) * 1e-9 >= settings.idle_time_s
         held = held and not airborne
         serving = None if airborne else model
-        step = self._predict(state, serving, dt_s, held, dead_legs, trouble)
-        step.noise[SENSOR_BIASES, SENSOR_BIASES] += self._sensor_walk * abs(dt_s)
         companions, apart = state.companions, None
         if serving is not None and not held and 0 < dt_s <= settings.longest_gap_s:
             companions, apart = tolerances.walk_along(
                 companions, state.mean, feet, self.contact, serving, self._record, dt_s
             )
-            step.noise[VELOCITY, VELOCITY] = health.strained(
-                step.noise[VELOCITY, VELOCITY] + apart.velocity_covariance, state.strain
-            )
+        step = self._predict(state, serving, dt_s, dead_legs, apart, trouble)
         if airborne:
             trouble.append("picked up: the feet carry nothing")
         covariance = self._kalman.predict(state.covariance, step.transition, step.noise)
@@ -191,12 +194,12 @@ class Estimator:
         anchored = state.anchored and not moved_by_hand
         if far := anchored and self._pose_is_far(inputs, step.mean, covariance):
             inputs = replace(inputs, pose_W=None)
-        turn = inputs.yaw_rate_rad_s - step.mean[TURN] - step.mean[GYRO_BIAS]
+        turn = float(inputs.yaw_rate_rad_s - step.mean[TURN] - step.mean[GYRO_BIAS])
         shaking = vibration.learn(state, inputs, feet, heard, turn, settings)
-        shake = np.zeros(3)
+        shake = NO_SHAKE
         if answer is not None:
-            shake = vibration.variance(shaking, answer, feet, settings)
-        measured = self._others(step.mean, inputs, answer, shake[2])
+            shake = vibration.variance(shaking, answer, feet, self._record)
+        measured = self._others(step.mean, inputs, answer, shake)
         if answer is not None and heard.use:
             forces = measure.feet_stack(
                 measure.Belief(step.mean, covariance), heard.share, feet, loaded & ~dead, answer,
@@ -220,12 +223,21 @@ class Estimator:
             )
         elif refused := int(used.streak[ABSOLUTE, 0]):
             trouble.append(f"absolute poses contradict the estimate: {refused} in a row rejected")
-        predicted, compared = self._forces(state, feet, share, heard)
+        plain = force_blend.open_loop(feet, self.contact, self.weight_n)
+        predicted, compared = force_blend.predict(
+            state.forces,
+            heard.share if heard.fresh else None,
+            share,
+            plain,
+            self.weight_n,
+            settings,
+        )
         force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
         answered = serving is not None or state.answer_ns == NEVER
         answer_ns = inputs.t_ns if answered else state.answer_ns
         trouble += health.contradictions(used.sources, self.names)
         verdict = health.judge(state, inputs, force_ns, answer_ns, settings, trouble, self.names)
+        learned = settings.adaptive and used.sources is not state.sources
         after = EstimatorState(
             t_ns=inputs.t_ns,
             mean=mean,
@@ -251,67 +263,60 @@ class Estimator:
             sources=used.sources,
             forces=compared,
             balance=health.balance(state, heard, step.mean, settings),
-            strain=health.strain(used.sources) if settings.adaptive else state.strain,
+            strain=health.strain(used.sources) if learned else state.strain,
             vibration=shaking,
             zeros=shaft_zeros.learn(
                 state.zeros,
                 heard,
-                solved.load_n / self.weight_n,
+                share,
                 apart,
-                inputs.slope_m,
-                settings.height_sd * solved.pose[2],
+                inputs.feet.velocity_m_s,
+                inputs.shaft_rad_s,
+                settings.height_sd * float(solved.rows[0, HEIGHT]),
             ),
             gyro_ns=inputs.t_ns if isfinite(inputs.yaw_rate_rad_s) else state.gyro_ns,
         )
         answered_by = output.Answer(model, predicted, shake, held)
         return after, output.estimate(after, self.contact, self._record, answered_by, used, verdict)
 
-    def _forces(
-        self,
-        state: EstimatorState,
-        feet: FootMotion,
-        filtered: FloatArray,
-        heard: senses.Heard,
-    ) -> tuple[FloatArray, ForceMemory]:
-        """Predict forces, (N, 3) [N], and compare with a new record.
-
-        Args:
-            state: Before the tick.
-            feet: Of the tick.
-            filtered: The filter's forces over the weight, (N, 3); NaN without an answer.
-            heard: Forces of the tick.
-        """
-        plain = force_blend.open_loop(feet, self.contact, self.weight_n)
-        predicted = readonly(self.weight_n * force_blend.blended(state.forces, filtered, plain))
-        if not heard.fresh:
-            return predicted, state.forces
-        return predicted, force_blend.learn(
-            state.forces, heard.share, filtered, plain, self.settings
-        )
-
     def _predict(
         self,
         state: EstimatorState,
         model: Neighbourhood | None,
         dt_s: float,
-        held: bool,
         dead_legs: int,
+        apart: Apart | None,
         trouble: list[str],
     ) -> ProcessStep:
-        """The step of the process that the moment calls for."""
+        """The step of the process that the moment calls for, and how an IMU's biases walk in it.
+
+        Args:
+            state: Before it.
+            model: The model's answer; None without one.
+            dt_s: Length of the step [s].
+            dead_legs: Legs without encoder.
+            apart: What the companions answered; None unless they walked along.
+            trouble: What happens in it is added.
+        """
         settings, mean = self.settings, state.mean
+        if model is not None and apart is not None:
+            beside = Beside(apart.velocity_B, state.strain, self._sensor_walk)
+            return process.walking(
+                mean, state.covariance, model, self._record, dt_s, dead_legs, beside
+            )
         if dt_s == 0:
-            return process.nothing(mean)
-        if dt_s < 0 or dt_s > settings.longest_gap_s:
+            step = process.nothing(mean)
+        elif dt_s < 0 or dt_s > settings.longest_gap_s:
             if dt_s > 0:
                 trouble.append(f"a gap of {dt_s:.2g} s")
-            return process.after_gap(mean, settings, max(dt_s, settings.longest_gap_s))
-        if model is None:
+            step = process.after_gap(mean, settings, max(dt_s, settings.longest_gap_s))
+        elif model is None:
             trouble.append("the feet do not carry the robot")
-            return process.carried(mean, settings, dt_s)
-        if held:
-            return process.standing(mean, settings)
-        return process.walking(mean, state.covariance, model, self._record, dt_s, dead_legs)
+            step = process.carried(mean, settings, dt_s)
+        else:
+            step = process.standing(mean, settings)
+        step.noise[SENSOR_BIASES, SENSOR_BIASES] += self._sensor_walk * abs(dt_s)
+        return step
 
     def _correct(
         self,
@@ -347,7 +352,11 @@ class Estimator:
             raise ModelError(f"forces must be {shape}, not {inputs.forces.force_n.shape}")
 
     def _others(
-        self, mean: FloatArray, inputs: OdometryInputs, model: Neighbourhood | None, shake: float
+        self,
+        mean: FloatArray,
+        inputs: OdometryInputs,
+        model: Neighbourhood | None,
+        shake: FloatArray,
     ) -> list[MeasurementStack]:
         """What was measured beside the forces on the feet."""
         settings = self.settings
@@ -356,7 +365,9 @@ class Estimator:
             tilt = (inputs.roll_rad, inputs.pitch_rad)
             stacks += measure.tilt_stacks(mean, tilt, model, settings)
         if isfinite(inputs.yaw_rate_rad_s):
-            stacks.append(measure.gyro_stack(mean, inputs.yaw_rate_rad_s, shake, settings))
+            stacks.append(
+                measure.gyro_stack(mean, inputs.yaw_rate_rad_s, float(shake[2]), settings)
+            )
         pose = measure.pose_stack(mean, inputs, settings)
         if pose is not None:
             stacks.append(pose)

@@ -40,6 +40,7 @@ RATIO, RATIO_SD = (
     2.0,
     0.15,
 )  # of friction and stiffness to the robot file's, and how well it must be known
+LOG_RATIO = log(RATIO)
 LOAD_SHARE = 0.05  # of the weight, by which a foot may carry more or less in the mean
 
 
@@ -77,33 +78,27 @@ def balance(
         return before.balance
     x, y, _ = heard.share.sum(axis=0).tolist()
     c, s = cos(mean[YAW]), sin(mean[YAW])
-    count = before.balance[3] + 1.0
-    now = np.array([c * x - s * y, s * x + c * y, heard.total, count])
+    *known, records = before.balance.tolist()
+    count = records + 1.0
     part = max(RECORD_S / settings.learning_s, 1.0 / count)  # at first, all records count alike
-    after = (1.0 - part) * before.balance + part * now
-    after[3] = count
-    return readonly(after)
+    now = (c * x - s * y, s * x + c * y, heard.total)
+    after = [(1.0 - part) * old + part * new for old, new in zip(known, now, strict=True)]
+    return readonly(np.array([*after, count]))
 
 
 def strain(sources: SourceMemory) -> FloatArray:
     """Variance of the noise of vx, vy, yaw rate over that of the settings, as innovations ask for, (3,)."""
-    misfit = sources.misfit
+    misfit = sources.misfit.tolist()
     both = max(1.0, misfit[LOAD] / USUAL[LOAD], misfit[FORCE] / USUAL[FORCE])
     turn = max(both, misfit[GYRO] / USUAL[GYRO])
-    return readonly(np.minimum([both, both, turn], MOST_STRAIN))
-
-
-def strained(noise: FloatArray, by: FloatArray) -> FloatArray:
-    """Covariance of a velocity's noise, (3, 3), with variances so many times as large, (3,)."""
-    root = np.sqrt(by)
-    covariance: FloatArray = noise * np.outer(root, root)
-    return covariance
+    both, turn = min(both, MOST_STRAIN), min(turn, MOST_STRAIN)
+    return readonly(np.array([both, both, turn]))
 
 
 def contradictions(sources: SourceMemory, names: Sequence[str]) -> Iterator[str]:
     """Say which sources do not agree with the model, and where most."""
     legs = len(names)
-    misfit = sources.misfit
+    misfit = sources.misfit.tolist()
     if misfit[LOAD] > DEGRADED[LOAD]:
         worst = int(np.argmax(np.abs(sources.bias[:legs])))
         yield (
@@ -192,7 +187,7 @@ def _of_zeros(state: EstimatorState, names: Sequence[str]) -> Iterator[str]:
 
 def _of_legs(state: EstimatorState, names: Sequence[str]) -> Iterator[str]:
     legs = len(names)
-    if not (np.abs(state.mean[FIXED:]) > log(RATIO)).any():
+    if max(map(abs, state.mean[FIXED:].tolist())) <= LOG_RATIO:
         return
     for first, what in ((FIXED, "the friction"), (FIXED + legs, "the stiffness")):
         for place, name in enumerate(names, start=first):
@@ -202,8 +197,7 @@ def _of_legs(state: EstimatorState, names: Sequence[str]) -> Iterator[str]:
 
 
 def _of_loads(state: EstimatorState, names: Sequence[str]) -> Iterator[str]:
-    for k, name in enumerate(names):
-        surplus = state.sources.bias[k]
+    for name, surplus in zip(names, state.sources.bias.tolist(), strict=False):
         if abs(surplus) > LOAD_SHARE:
             side = "more" if surplus > 0 else "less"
             yield f"{name} carries {100 * abs(surplus):.0f} % of the weight {side} than the model says"

@@ -285,7 +285,8 @@ def add_doubt(
     if dt_s > 0:
         doubt += np.nan_to_num(settings.delay_sd / dt_s * change) ** 2
     if apart is not None:
-        doubt[:, 2] += apart.load_variance
+        # one with an error up and one with it down: half the second moment is the variance of both
+        doubt[:, 2] += 0.5 * np.square(apart.load_share).sum(axis=0)
     for first, kind, leg in stack.blocks.tolist():
         if kind == LOAD:
             stack.variance[first] += doubt[leg, 2]

@@ -1,6 +1,6 @@
 """From the estimator's state to its estimate: health, covariances, parameters, predicted foot forces."""
 
-from math import atan, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,6 @@ from model.values.estimate import (
     FIXED,
     GYRO_BIAS,
     NEVER,
-    POSE,
     SCALE,
     VELOCITY,
     YAW,
@@ -57,26 +56,27 @@ def estimate(
     legs = len(contact.mu)
     mean, covariance = readonly(state.mean), readonly(state.covariance)
     model = answer.model if answer.model is not None else no_answer(legs)
-    feet = np.empty((6, legs))
+    feet, body, tilt = np.empty((6, legs)), np.empty((2, 3, 3)), np.empty(2)
     spread, slipping = np.empty((legs, 3, 3)), np.empty(legs, dtype=np.bool_)
     readout_kernel(
         mean, covariance, contact.mu, contact.stiffness, state.contact, model.rows, model.slip_B,
-        settings, feet, spread, slipping,
+        state.companions.apart, answer.shake, settings, feet, body, tilt, spread, slipping,
     )  # fmt: skip
     if state.airborne:
         for gone in (spread, feet[SHARE_SD]):
             gone.fill(np.nan)
     mu, mu_sd, stiffness, stiffness_sd, share, share_sd = readonly(feet)
-    slope_x, slope_y, height = model.pose.tolist()
+    pose_covariance, twist_covariance = readonly(body)
+    gyro = state.gyro_ns != NEVER
     # views, not copies
     return Estimate(
         t_ns=state.t_ns,
         position_m=mean[:2],
         yaw_rad=float(mean[YAW]),
         velocity_B=mean[VELOCITY],
-        pose_covariance=readonly(covariance[POSE, POSE] + state.companions.pose_covariance),
+        pose_covariance=pose_covariance,
         companion_pose=state.companions.apart,
-        twist_covariance=readonly(covariance[VELOCITY, VELOCITY] + np.diag(answer.shake)),
+        twist_covariance=twist_covariance,
         bias_B=mean[BIAS],
         mu=mu,
         mu_sd=mu_sd,
@@ -86,8 +86,8 @@ def estimate(
         force_covariance=readonly(spread),
         load_share=share,
         load_share_sd=share_sd,
-        tilt_rad=readonly(np.array([atan(slope_y), atan(slope_x)])),
-        height_m=height,
+        tilt_rad=readonly(tilt),
+        height_m=float(model.rows[0, 5]),
         contact=readonly(state.contact),
         slipping=readonly(slipping),
         holding=answer.holding,
@@ -103,8 +103,8 @@ def estimate(
         health=verdict.health,
         reason=verdict.reason,
         remark=verdict.remark,
-        gyro_bias_rad_s=np.nan if state.gyro_ns == NEVER else float(mean[GYRO_BIAS]),
-        gyro_bias_sd=(np.nan if state.gyro_ns == NEVER else sqrt(covariance[GYRO_BIAS, GYRO_BIAS])),
+        gyro_bias_rad_s=float(mean[GYRO_BIAS]) if gyro else np.nan,
+        gyro_bias_sd=sqrt(covariance[GYRO_BIAS, GYRO_BIAS]) if gyro else np.nan,
     )
 
 
@@ -123,10 +123,10 @@ def _spread(rows: FloatArray, covariance: FloatArray, settings: Record, spread: 
             for j in range(2 * count):
                 by[i, FIXED - SCALE + j] = rows[1 + j, 6 + 3 * k + i]
             for j in range(size):
-                total = 0.0
-                for other in range(size):
-                    total += by[i, other] * covariance[SCALE + other, SCALE + j]
-                half[i, j] = total
+                half[i, j] = 0.0
+            for other in range(size):  # outside, so that rows of numbers are added at once
+                for j in range(size):
+                    half[i, j] += by[i, other] * covariance[SCALE + other, SCALE + j]
         for i in range(3):
             for j in range(i + 1):
                 total = 0.0
@@ -146,8 +146,9 @@ def _spread(rows: FloatArray, covariance: FloatArray, settings: Record, spread: 
 @compiled
 def readout_kernel(
     mean: FloatArray, covariance: FloatArray, mu: FloatArray, stiffness: FloatArray,
-    contact: BoolArray, rows: FloatArray, slip: FloatArray, settings: Record, feet: FloatArray,
-    spread: FloatArray, slipping: BoolArray,
+    contact: BoolArray, rows: FloatArray, slip: FloatArray, apart: FloatArray, shake: FloatArray,
+    settings: Record, feet: FloatArray, body: FloatArray, tilt: FloatArray, spread: FloatArray,
+    slipping: BoolArray,
 ) -> None:  # fmt: skip
     """Read out a state. Where the model has no answer it is NaN, and so is what follows from it.
 
@@ -159,14 +160,26 @@ def readout_kernel(
         contact: Loaded feet, (N,).
         rows: Of ``Neighbourhood``.
         slip: Of the feet, (N, 2) [m/s].
+        apart: Poses of the companions, of ``Companions``, (M, 3).
+        shake: Variance that vibration adds to the velocity, (3,).
         settings: Of ``record_of``.
         feet: Out: MU and the sd of its logarithm, STIFFNESS [N/m] and that of its, SHARE of the weight and
             its own, (6, N).
+        body: Out: covariances of pose and velocity, (2, 3, 3).
+        tilt: Out: roll and pitch, (2,) [rad].
         spread: Out: covariance of the predicted forces, (N, 3, 3) [N^2].
         slipping: Out: feet that clearly slip, (N,).
     """
     count, setting = mu.size, settings[0]
     _spread(rows, covariance, settings, spread)
+    for i in range(3):
+        for j in range(3):
+            total = 0.0
+            for robot in range(apart.shape[0]):
+                total += 0.5 * apart[robot, i] * apart[robot, j]
+            body[0, i, j] = covariance[i, j] + total
+            body[1, i, j] = covariance[3 + i, 3 + j] + (shake[i] if i == j else 0.0)
+    tilt[0], tilt[1] = np.arctan(rows[0, 4]), np.arctan(rows[0, 3])
     lay_parameters(mean, stiffness, mu, feet[STIFFNESS], feet[MU])
     for k in range(count):
         grip, spring = FIXED + k, FIXED + count + k
@@ -184,6 +197,6 @@ def prepare() -> None:
     """Load or make the machine code now, so that no tick has to wait for it."""
     settings = record_of(EstimatorSettings(), 1.0)
     compile_for(
-        readout_kernel, *given(1, 2, 1, 1), *given(1, kind=FLAG), *given(2, 2), settings,
-        *out(2, 3), *out(1, kind=FLAG),
+        readout_kernel, *given(1, 2, 1, 1), *given(1, kind=FLAG), *given(2, 2, 2, 1), settings,
+        *out(2, 3, 1, 3), *out(1, kind=FLAG),
     )  # fmt: skip

@@ -12,8 +12,8 @@ from model.compiled import COUNT, NUMBER, compile_for, compiled, given, out
 from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.motion.se2 import sinc
-from model.values.arrays import FloatArray
-from model.values.estimate import VELOCITY
+from model.values.arrays import FloatArray, readonly
+from model.values.estimate import GYRO_BIAS, VELOCITY
 
 SPEEDS = np.arange(VELOCITY.start, VELOCITY.stop)
 STRAIGHT = 1e-3  # half a turn below which the slope of sinc is taken from its series [rad]
@@ -34,6 +34,23 @@ class ProcessStep(NamedTuple):
     noise: FloatArray
 
 
+class Beside(NamedTuple):
+    """What adds to the noise of a walk, beside what the model's own answer says.
+
+    Attributes:
+        apart: Velocity of each companion minus that of the file's robot, (M, 3).
+        strain: Variance of the velocity's noise over that of the settings, as innovations ask for, (3,).
+        drift: Variance by which the biases of an IMU (yaw rate, roll, pitch) walk in a second, (3,).
+    """
+
+    apart: FloatArray
+    strain: FloatArray
+    drift: FloatArray
+
+
+NOTHING_BESIDE = Beside(readonly(np.zeros((0, 3))), readonly(np.ones(3)), readonly(np.zeros(3)))
+
+
 def walking(
     mean: FloatArray,
     covariance: FloatArray,
@@ -41,6 +58,7 @@ def walking(
     settings: Record,
     dt_s: float,
     dead_legs: int = 0,
+    beside: Beside = NOTHING_BESIDE,
 ) -> ProcessStep:
     """A step while the feet carry the robot.
 
@@ -51,11 +69,12 @@ def walking(
         settings: Of ``record_of``.
         dt_s: Length of the step [s].
         dead_legs: Legs without encoder.
+        beside: What adds to its noise.
     """
     size = len(mean)
     step = ProcessStep(np.empty(size), np.zeros((size, size)), np.zeros((size, size)))
     rows, slip, _ = model
-    walk_kernel(mean, covariance, rows, slip, settings, dt_s, dead_legs, *step)
+    walk_kernel(mean, covariance, rows, slip, settings, dt_s, dead_legs, *beside, *step)
     return step
 
 
@@ -105,7 +124,8 @@ def _carried_variance(settings: EstimatorSettings) -> FloatArray:
 @compiled
 def walk_kernel(
     mean: FloatArray, covariance: FloatArray, rows: FloatArray, slip: FloatArray, settings: Record,
-    dt_s: float, dead_legs: int, after: FloatArray, to: FloatArray, noise: FloatArray,
+    dt_s: float, dead_legs: int, apart: FloatArray, strain: FloatArray, drift: FloatArray,
+    after: FloatArray, to: FloatArray, noise: FloatArray,
 ) -> None:  # fmt: skip
     """A step while the feet carry the robot: the arguments of ``walking``, and what it returns.
 
@@ -117,6 +137,9 @@ def walk_kernel(
         settings: Of ``record_of``.
         dt_s: Length of the step [s].
         dead_legs: Legs without encoder.
+        apart: Of ``Beside``, (M, 3).
+        strain: Of ``Beside``, (3,).
+        drift: Of ``Beside``, (3,).
         after: Out: mean after the step, (n,).
         to: In: zero, out: F, (n, n).
         noise: In: zero, out: Q, (n, n).
@@ -179,6 +202,15 @@ def walk_kernel(
                 total += slopes[k, i] * slopes[k, j]
             noise[3 + i, 3 + j] += share * total
     carry_kernel(mean, dt_s, after, to, noise)
+    # one with an error up and one with it down: half the second moment is the covariance of both
+    for i in range(3):
+        for j in range(3):
+            total = 0.0
+            for robot in range(apart.shape[0]):
+                total += 0.5 * apart[robot, i] * apart[robot, j]
+            grown = np.sqrt(strain[i]) * np.sqrt(strain[j])
+            noise[3 + i, 3 + j] = (noise[3 + i, 3 + j] + total) * grown
+        noise[GYRO_BIAS + i, GYRO_BIAS + i] += drift[i] * dt_s
 
 
 @compiled
@@ -240,5 +272,7 @@ def carry_kernel(
 def prepare() -> None:
     """Load or make the machine code now, so that no tick has to wait for it."""
     settings = record_of(EstimatorSettings(), 1.0)
-    compile_for(walk_kernel, *given(1, 2, 2, 2), settings, NUMBER, COUNT, *out(1, 2, 2))
+    compile_for(
+        walk_kernel, *given(1, 2, 2, 2), settings, NUMBER, COUNT, *given(2, 1, 1), *out(1, 2, 2)
+    )
     compile_for(carry_kernel, *given(1), NUMBER, *out(1, 2, 2))

@@ -69,6 +69,12 @@ def hear(
 
 
 @cache
+def _none(legs: int) -> BoolArray:
+    """No leg of so many."""
+    return readonly(np.zeros(legs, dtype=bool))
+
+
+@cache
 def _nothing(legs: int) -> Heard:
     """No forces at all, of so many feet."""
     return Heard(
@@ -103,14 +109,15 @@ def contact(
     settings: EstimatorSettings,
 ) -> BoolArray:
     """Loaded feet, with hysteresis, by the measured share where there is one, else the model's."""
-    share = heard.share[:, 2]
-    if not heard.fresh:
-        if model is None:
-            return state.contact
-        share = model.load_n / weight_n
-    elif model is not None and not heard.whole:
-        share = np.where(np.isfinite(share), share, model.load_n / weight_n)
-    return np.asarray(share > np.where(state.contact, settings.load_off, settings.load_on))
+    share: list[float] = heard.share[:, 2].tolist()
+    if model is not None and not heard.whole:
+        loads = (model.load_n / weight_n).tolist()
+        share = [own if isfinite(own) else load for own, load in zip(share, loads, strict=True)]
+    elif not heard.fresh:
+        return state.contact
+    limits = (settings.load_on, settings.load_off)
+    touched = zip(share, state.contact.tolist(), strict=True)
+    return np.array([load > limits[before] for load, before in touched])
 
 
 def finite(feet: FootMotion) -> bool:
@@ -122,7 +129,7 @@ def finite(feet: FootMotion) -> bool:
 def bridged(now: FootMotion, before: FootMotion) -> tuple[FootMotion, BoolArray]:
     """Feet with those of silent encoders held where they were last seen; which ones those are."""
     if finite(now):
-        return now, np.zeros(len(now.position_m), dtype=bool)
+        return now, _none(len(now.position_m))
     both = np.hstack([now.position_m, now.velocity_m_s])
     known = np.asarray(np.isfinite(both).all(axis=1))
     position = np.where(known[:, None], now.position_m, before.position_m)

@@ -8,10 +8,9 @@ of each leg. It is evidence for a remark, and no part of the state: other errors
 traces of a few degrees, so that only one angle that stands out is named.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
+from model.compiled import NUMBER, compile_for, compiled, given, out
 from model.estimator.senses import Heard
 from model.estimator.settings import RECORD_S
 from model.estimator.tolerances import Apart
@@ -21,13 +20,14 @@ from model.values.estimate import ZeroEvidence
 EVERY = 4  # records: the next ones say the same
 MEMORY_S = 20.0
 LEAST_S = 8.0  # of records that all name the same leg, before it is named
-SMALL_RAD = np.radians(5.0)  # what other errors of a file look like
+SMALL_RAD = float(np.radians(5.0))  # what other errors of a file look like
 STANDS_OUT = 2.5  # times the next largest angle
 SURE = 4.0  # standard deviations
 EXPLAINS = 0.3  # by that angle alone, of what heights leave of the loads
 SEEN = 0.5  # of the median information, by every leg: loads of one not seen yet go to another
 COLOUR = 25.0  # records in a row that say the same: loads that the model leaves last for a second
 NO_LEG = -1
+LEAST_RATE_RAD_S = 0.05  # of a shaft that turns
 LENGTH_M = 0.01  # the unit of slopes, so that both kinds of columns are of one size
 RIDGE = 1e-6
 
@@ -47,7 +47,8 @@ def learn(
     heard: Heard,
     expected: FloatArray,
     apart: Apart | None,
-    slope_m: FloatArray | None,
+    speed_m_s: FloatArray,
+    shaft_rad_s: FloatArray | None,
     companion_m: float,
 ) -> ZeroEvidence:
     """Take the loads of a tick into account.
@@ -55,44 +56,50 @@ def learn(
     Args:
         before: What was known.
         heard: Forces of the tick.
-        expected: Loads at the state over the weight, (N,).
+        expected: Forces at the state over the weight, (N, 3).
         apart: What companions with other heights answered; None without an answer.
-        slope_m: Slope of each foot's height over its shaft's angle, (N,) [m/rad]; NaN while a shaft rests.
-            None where legs have no shafts.
+        speed_m_s: Of the feet, (N, 3); NaN for a leg without encoder.
+        shaft_rad_s: Of their shafts, (N,); None where legs have no shafts.
         companion_m: By how much a companion's foot is higher.
     """
-    if apart is None or slope_m is None or not (heard.fresh and heard.whole):
+    if apart is None or shaft_rad_s is None or not (heard.fresh and heard.whole):
         return before
     records = before.records + 1
     if records % EVERY:
-        return replace(before, records=records)
-    legs = len(expected)
-    left = heard.share[:, 2] - expected
-    if not np.isfinite(left).all():
-        return replace(before, records=records)
-    half = len(apart.load_share) // 2
-    by_height = 0.5 * (apart.load_share[:legs] - apart.load_share[half : half + legs]).T
-    signature = np.hstack([by_height, by_height * (np.nan_to_num(slope_m) / LENGTH_M)])
-    keep = np.exp(-EVERY * RECORD_S / MEMORY_S)
-    information = keep * before.information + signature.T @ signature
-    pull = keep * before.pull + signature.T @ left
-    square = keep * before.square + [float(left @ left), legs]
-    angle, standing_out = before.angle_rad, NO_LEG
-    ridge = RIDGE * float(information.trace()) / len(pull)
+        return _counted(before, records)
+    information, pull = before.information.copy(), before.pull.copy()
+    square, angle = before.square.copy(), before.angle_rad.copy()
+    ridge = evidence_kernel(
+        heard.share, expected, apart.load_share, np.ascontiguousarray(speed_m_s), shaft_rad_s,
+        companion_m, information, pull, square, angle,
+    )  # fmt: skip
+    if ridge < 0.0:
+        return _counted(before, records)
+    standing_out = NO_LEG
     if ridge > 0.0:
-        spread = np.linalg.inv(information + ridge * np.eye(len(pull)))
-        fitted = spread @ pull
-        unexplained = max(float(square[0] - fitted @ pull), 0.0) / square[1]
-        sd = np.sqrt(COLOUR * unexplained * spread.diagonal())
-        unit = companion_m / LENGTH_M
-        angle = readonly(unit * np.stack([fitted[legs:], sd[legs:]]))
-        standing_out = _standing_out(angle, _alone(information, pull, ridge, float(square[0])))
+        standing_out = _standing_out(angle, information, pull, ridge, float(square[0]))
     since = before.since if standing_out == before.standing_out else records
     sure = (records - since) * RECORD_S >= LEAST_S
     return ZeroEvidence(
-        readonly(information), readonly(pull), readonly(square), records, angle,
+        readonly(information), readonly(pull), readonly(square), records, readonly(angle),
         standing_out, since, standing_out if sure else NO_LEG,
     )  # fmt: skip
+
+
+def _standing_out(
+    angle_rad: FloatArray, information: FloatArray, pull: FloatArray, ridge: float, square: float
+) -> int:
+    """Return the leg whose zero seems wrong, ``NO_LEG`` if none stands out.
+
+    Its angle is large, and explains by itself what heights leave.
+    """
+    sizes, sd = np.abs(angle_rad[0]).tolist(), angle_rad[1].tolist()
+    leg = sizes.index(max(sizes))
+    next_largest = sorted(sizes)[-2]
+    if sizes[leg] < max(SMALL_RAD, SURE * sd[leg], STANDS_OUT * next_largest):
+        return NO_LEG
+    share = _alone(information, pull, ridge, square)
+    return leg if share[leg] >= max(EXPLAINS, float(share.max())) else NO_LEG
 
 
 def _alone(information: FloatArray, pull: FloatArray, ridge: float, square: float) -> FloatArray:
@@ -110,10 +117,109 @@ def _alone(information: FloatArray, pull: FloatArray, ridge: float, square: floa
     return np.asarray((pull[legs:] - both.T @ solved[:, 0]) ** 2 / (known + ridge) / left)
 
 
-def _standing_out(angle_rad: FloatArray, share: FloatArray) -> int:
-    """Return the leg whose zero seems wrong, ``NO_LEG`` if none stands out."""
-    size, sd = np.abs(angle_rad[0]), angle_rad[1]
-    leg = int(size.argmax())
-    next_largest = float(np.sort(size)[-2])
-    sure = size[leg] >= max(SMALL_RAD, SURE * sd[leg], STANDS_OUT * next_largest)
-    return leg if sure and share[leg] >= max(EXPLAINS, float(share.max())) else NO_LEG
+def _counted(before: ZeroEvidence, records: int) -> ZeroEvidence:
+    """The same evidence after so many records."""
+    return ZeroEvidence(
+        before.information, before.pull, before.square, records, before.angle_rad,
+        before.standing_out, before.since, before.suspected,
+    )  # fmt: skip
+
+
+@compiled
+def evidence_kernel(
+    share: FloatArray, expected: FloatArray, apart: FloatArray, speed_m_s: FloatArray,
+    shaft_rad_s: FloatArray, companion_m: float, information: FloatArray, pull: FloatArray,
+    square: FloatArray, angle: FloatArray,
+) -> float:  # fmt: skip
+    """Take the loads of a record into account, and fit a height and an angle of each leg.
+
+    Args:
+        share: Measured forces over the weight, (N, 3).
+        expected: Forces at the state over the weight, (N, 3).
+        apart: Loads of the companions, of ``Apart``, (M, N).
+        speed_m_s: Of the feet, (N, 3).
+        shaft_rad_s: Of their shafts, (N,).
+        companion_m: As in ``learn``.
+        information: In and out: of ``ZeroEvidence``, as are the next three.
+        pull: In and out.
+        square: In and out.
+        angle: In and out.
+
+    Returns:
+        What was added to the diagonal of the information, so that it has an inverse; 0 where nothing could
+        be fitted, -1 where a load is no number and nothing was learned.
+    """
+    legs, both = shaft_rad_s.size, pull.size
+    half = apart.shape[0] // 2
+    for k in range(legs):
+        if not np.isfinite(share[k, 2] - expected[k, 2]):
+            return -1.0
+    keep = np.exp(-EVERY * RECORD_S / MEMORY_S)
+    for i in range(both):
+        pull[i] *= keep
+        for j in range(both):
+            information[i, j] *= keep
+    square[0], square[1] = keep * square[0], keep * square[1] + legs
+    row = np.empty(both)
+    for k in range(legs):
+        left = share[k, 2] - expected[k, 2]
+        for i in range(legs):
+            row[i] = 0.5 * (apart[i, k] - apart[half + i, k])
+            slope = 0.0  # of height over the shaft's angle; not known while it rests
+            if abs(shaft_rad_s[i]) > LEAST_RATE_RAD_S and np.isfinite(speed_m_s[i, 2]):
+                slope = speed_m_s[i, 2] / shaft_rad_s[i]
+            row[legs + i] = row[i] * (slope / LENGTH_M)
+        for i in range(both):
+            pull[i] += row[i] * left
+            for j in range(both):
+                information[i, j] += row[i] * row[j]
+        square[0] += left * left
+    trace = 0.0
+    for i in range(both):
+        trace += information[i, i]
+    ridge = RIDGE * trace / both
+    if not ridge > 0.0:
+        return 0.0
+    _fit(information, pull, square, ridge, companion_m / LENGTH_M, angle)
+    return ridge
+
+
+@compiled
+def _fit(
+    information: FloatArray, pull: FloatArray, square: FloatArray, ridge: float, unit: float,
+    angle: FloatArray,
+) -> None:  # fmt: skip
+    """Fit heights and angles, with factors L L^T of the information."""
+    both = pull.size
+    legs = both // 2
+    lower, inverse, solved = np.zeros((both, both)), np.zeros((both, both)), np.empty(both)
+    for i in range(both):
+        for j in range(i + 1):
+            total = information[i, j] + (ridge if i == j else 0.0)
+            for m in range(j):
+                total -= lower[i, m] * lower[j, m]
+            lower[i, j] = np.sqrt(total) if i == j else total / lower[j, j]
+    for j in range(both):  # its inverse, column by column
+        for i in range(j, both):
+            total = 1.0 if i == j else 0.0
+            for m in range(j, i):
+                total -= lower[i, m] * inverse[m, j]
+            inverse[i, j] = total / lower[i, i]
+    explained = 0.0
+    for i in range(both):
+        solved[i] = 0.0
+        for j in range(i + 1):
+            solved[i] += inverse[i, j] * pull[j]
+        explained += solved[i] * solved[i]
+    unexplained = max(square[0] - explained, 0.0) / square[1]
+    for k in range(legs):
+        fitted, spread = 0.0, 0.0
+        for m in range(legs + k, both):
+            fitted += inverse[m, legs + k] * solved[m]
+            spread += inverse[m, legs + k] ** 2
+        angle[0, k], angle[1, k] = unit * fitted, unit * np.sqrt(COLOUR * unexplained * spread)
+
+
+def prepare() -> None:
+    """Load or make the machine code now, so that no tick has to wait for it."""
+    compile_for(evidence_kernel, *given(2, 2, 2, 2, 1), NUMBER, *out(2, 1, 1, 2))

@@ -8,17 +8,19 @@ up or down. How far their answers lie apart is what tolerances do.
 
 import numpy as np
 
-from model.compiled import FLAG, compile_for, compiled, given, out
-from model.estimator.frame_kernel import lay_parameters, tilt_sway
+from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
+from model.estimator.frame_kernel import CLEAR_M, lay_parameters, tilt_sway
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.support.kernel import ROWS, support_kernel
 from model.traction.coulomb_frame import balance_frame
 from model.traction.coulomb_kernel import FootLaw
 from model.traction.kernel import FINE, foot_speeds, lay_anisotropy
 from model.values.arrays import BoolArray, FloatArray
+from model.values.estimate import VELOCITY
 
 COM_X, COM_Y, SLOPE_X, SLOPE_Y = 0, 1, 2, 3  # behind the feet in a row of the design
 OTHERS = 4
+VX, VY = VELOCITY.start, VELOCITY.start + 1  # in the state
 CREEP_M_S = 1e-5  # of feet that hold a robot on a slope
 
 
@@ -26,9 +28,10 @@ CREEP_M_S = 1e-5  # of feet that hold a robot on a slope
 def tolerance_kernel(
     mean: FloatArray, feet: FloatArray, feet_velocity: FloatArray, stiffness: FloatArray,
     mu: FloatArray, anisotropy: FloatArray, settings: Record, answer: FloatArray,
-    design: FloatArray, twist: FloatArray, resting: BoolArray, apart: FloatArray, loads: FloatArray,
+    slip: FloatArray, sway: FloatArray, design: FloatArray, dt_s: float, twist: FloatArray,
+    resting: BoolArray, moved: FloatArray, apart: FloatArray, share: FloatArray,
 ) -> None:  # fmt: skip
-    """Solve a frame at M robots beside the one of the file.
+    """Solve a frame at M robots beside the one of the file, and let them take the step that leads to it.
 
     Args:
         mean: State of the estimator, (n,).
@@ -39,17 +42,21 @@ def tolerance_kernel(
         anisotropy: (N, 2).
         settings: Of ``record_of``.
         answer: Row 0 of ``Neighbourhood``: the answer at the robot file.
+        slip: Of its feet, of ``Neighbourhood``, (N, 2) [m/s]; exactly 0 for feet at rest.
+        sway: Of ``Neighbourhood``, (2,) [m/s].
         design: Errors of each foot's height, of the centre of mass along x and y, and of the slope along x
             and y of the world, in standard deviations, (M, N + 4).
-        twist: In and out: of each robot, from which its next frame starts, (M, 3); NaN at first.
-        resting: In and out: its feet at rest, (M, N).
+        dt_s: Length of the step [s].
+        twist: In and out: of each robot, from which its next frame starts on a slope, (M, 3); NaN at first.
+        resting: Out: its feet at rest, (M, N).
+        moved: In and out: its pose minus that of the file's robot, as in ``Companions.apart``, (M, 3).
         apart: Out: its velocity minus that of the file's robot, (M, 3).
-        loads: Out: its loads, (M, N) [N].
+        share: Out: its loads minus those of the file's robot over the weight, (M, N).
     """
     setting = settings[0]
     load, height = setting["weight_n"], answer[5]
     count, robots = feet.shape[0], design.shape[0]
-    work, spare, moved = np.empty((ROWS, count)), np.empty((ROWS, count)), np.empty((count, 3))
+    work, spare, tilted = np.empty((ROWS, count)), np.empty((ROWS, count)), np.empty((count, 3))
     sway_step = setting["sway_step_s"]
     lay_anisotropy(anisotropy, work)
     place, speed, ground = feet.copy(), feet_velocity.copy(), np.empty(count)
@@ -63,7 +70,16 @@ def tolerance_kernel(
     pushed = FootLaw(setting["coulomb"], CREEP_M_S, 1.0, 1.0, 1.0)
     up, aside = setting["height_sd"] * height, setting["com_sd"] * height
     c, s = np.cos(mean[2]), np.sin(mean[2])
+    alike = -1  # the first robot that differs only in feet which touch nothing
     for robot in range(robots):
+        if _touches_alike(feet, feet_velocity, answer, design[robot], up, sway_step):
+            if alike >= 0:
+                for i in range(3):
+                    twist[robot, i], apart[robot, i] = twist[alike, i], apart[alike, i]
+                for k in range(count):
+                    resting[robot, k], share[robot, k] = resting[alike, k], share[alike, k]
+                continue
+            alike = robot
         steep_x = setting["slope_sd"] * design[robot, count + SLOPE_X]
         steep_y = setting["slope_sd"] * design[robot, count + SLOPE_Y]
         down_x, down_y = c * steep_x + s * steep_y, -s * steep_x + c * steep_y
@@ -75,7 +91,7 @@ def tolerance_kernel(
             place[k, 0], place[k, 1] = feet[k, 0] - x, feet[k, 1] - y
         apart[robot, 0] = apart[robot, 1] = apart[robot, 2] = 0.0
         for k in range(count):
-            loads[robot, k] = answer[8 + 3 * k]
+            share[robot, k] = 0.0
         if support_kernel(place, ground, spring, load, tilt, carried, work) < 0:
             continue
         if not foot_speeds(speed, work):
@@ -83,14 +99,17 @@ def tolerance_kernel(
         sway_x, sway_y = 0.0, 0.0
         if sway_step > 0.0:
             sway_x, sway_y = tilt_sway(
-                place, speed, ground, spring, load, sway_step, tilt[2], moved, spare
+                place, speed, ground, spring, load, sway_step, tilt[2], tilted, spare
             )
         outside[0], outside[1] = load * down_x, load * down_y
-        for i in range(3):
+        # what rests in the file's robot nearly always rests here too; on a slope all feet creep
+        steep = down_x != 0.0 or down_y != 0.0
+        own[0], own[1], own[2] = answer[0] - sway[0], answer[1] - sway[1], answer[2]
+        for i in range(3 if steep else 0):
             own[i] = twist[robot, i]
         for k in range(count):
-            rest[k] = resting[robot, k]
-        steep = down_x != 0.0 or down_y != 0.0
+            rest[k] = setting["coulomb"] and answer[8 + 3 * k] > 0.0
+            rest[k] = rest[k] and slip[k, 0] == 0.0 and slip[k, 1] == 0.0
         reason, _ = balance_frame(
             work, carried, grip, pushed if steep else law, outside, nothing, True, own, side, pull,
             rest, False,
@@ -102,17 +121,46 @@ def tolerance_kernel(
             twist[robot, i] = own[i]
         for k in range(count):
             resting[robot, k] = rest[k]
-            loads[robot, k] = carried[k]
+            share[robot, k] = (carried[k] - answer[8 + 3 * k]) / load
         # the velocity of the body's origin, which lies beside that of gravity
         apart[robot, 0] = own[0] + own[2] * y + sway_x - answer[0]
         apart[robot, 1] = own[1] - own[2] * x + sway_y - answer[1]
         apart[robot, 2] = own[2] - answer[2]
+    # one that heads elsewhere goes elsewhere with the whole velocity
+    along, aside = s * mean[VX] + c * mean[VY], c * mean[VX] - s * mean[VY]
+    for robot in range(robots):
+        vx, vy, turned = apart[robot, 0], apart[robot, 1], moved[robot, 2]
+        moved[robot, 0] += dt_s * (c * vx - s * vy - turned * along)
+        moved[robot, 1] += dt_s * (s * vx + c * vy + turned * aside)
+        moved[robot, 2] += dt_s * apart[robot, 2]
+
+
+@compiled
+def _touches_alike(
+    feet: FloatArray, feet_velocity: FloatArray, answer: FloatArray, errors: FloatArray, up: float,
+    step_s: float,
+) -> bool:  # fmt: skip
+    """Whether a robot differs from the file's only in the height of feet that touch nothing either way.
+
+    Neither do they a moment before or after.
+    """
+    count = feet.shape[0]
+    for i in range(count, errors.size):
+        if errors[i] != 0.0:
+            return False
+    for k in range(count):
+        if errors[k] != 0.0:
+            clear = answer[5] + feet[k, 2] - answer[3] * feet[k, 0] + answer[4] * feet[k, 1]
+            near = CLEAR_M + up * abs(errors[k]) + 2.0 * step_s * abs(feet_velocity[k, 2])
+            if answer[8 + 3 * k] > 0.0 or not clear > near:
+                return False
+    return True
 
 
 def prepare() -> None:
     """Load or make the machine code now, so that no tick has to wait for it."""
     settings = record_of(EstimatorSettings(), 1.0)
     compile_for(
-        tolerance_kernel, *given(1, 2, 2, 1, 1, 2), settings, *given(1, 2), *out(2),
-        *out(2, kind=FLAG), *out(2, 2),
+        tolerance_kernel, *given(1, 2, 2, 1, 1, 2), settings, *given(1, 2, 1, 2), NUMBER,
+        *out(2), *out(2, kind=FLAG), *out(2, 2, 2),
     )  # fmt: skip

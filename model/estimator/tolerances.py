@@ -1,7 +1,6 @@
 """Robots that differ from the file by its tolerances, walking along: how far their answers lie apart."""
 
 from functools import cache
-from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +9,7 @@ from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.settings import Record
 from model.estimator.tolerance_kernel import OTHERS, tolerance_kernel
 from model.values.arrays import FloatArray, readonly
-from model.values.estimate import VELOCITY, YAW, Companions, paired_covariance
+from model.values.estimate import Companions
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
 
@@ -20,21 +19,11 @@ class Apart(NamedTuple):
 
     Attributes:
         velocity_B: (M, 3).
-        load_share: Their loads over the weight, (M, N).
+        load_share: Their loads over the weight, minus those of the file's robot, (M, N).
     """
 
     velocity_B: FloatArray  # noqa: N815 - frame suffix
     load_share: FloatArray
-
-    @property
-    def velocity_covariance(self) -> FloatArray:
-        """(3, 3)."""
-        return paired_covariance(self.velocity_B)
-
-    @property
-    def load_variance(self) -> FloatArray:
-        """Of the load's share of each foot, (N,)."""
-        return paired_covariance(self.load_share).diagonal()
 
 
 @cache
@@ -76,19 +65,12 @@ def walk_along(
     """
     signs = design(len(contact.mu))
     robots, legs = len(signs), len(contact.mu)
-    twist, resting = before.twist.copy(), before.resting.copy()
-    velocity, loads = np.empty((robots, 3)), np.empty((robots, legs))
+    twist, resting, moved = before.twist.copy(), before.resting.copy(), before.apart.copy()
+    velocity, share = np.empty((robots, 3)), np.empty((robots, legs))
     tolerance_kernel(
         mean, np.ascontiguousarray(feet.position_m), np.ascontiguousarray(feet.velocity_m_s),
         contact.stiffness, contact.mu, contact.anisotropy, settings, model.rows[0],
-        signs, twist, resting, velocity, loads,
+        model.slip_B, model.sway_B, signs, dt_s,
+        twist, resting, moved, velocity, share,
     )  # fmt: skip
-    moved = before.apart.copy()
-    c, s = cos(mean[YAW]), sin(mean[YAW])
-    vx, vy = mean[VELOCITY][:2].tolist()
-    turned = moved[:, 2]
-    moved[:, 0] += dt_s * (c * velocity[:, 0] - s * velocity[:, 1] - turned * (s * vx + c * vy))
-    moved[:, 1] += dt_s * (s * velocity[:, 0] + c * velocity[:, 1] + turned * (c * vx - s * vy))
-    moved[:, 2] += dt_s * velocity[:, 2]
-    share = (loads - model.load_n) / settings[0]["weight_n"]
     return Companions(readonly(twist), readonly(resting), readonly(moved)), Apart(velocity, share)

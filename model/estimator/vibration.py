@@ -6,12 +6,15 @@ no part of the state: it is a variance of the velocity that is reported, and of 
 never of the very moment of the tick.
 """
 
+from math import isfinite
+
 import numpy as np
 from scipy.constants import g as standard_gravity
 
+from model.compiled import NUMBER, compile_for, compiled, given, out
 from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.senses import Heard
-from model.estimator.settings import EstimatorSettings
+from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import EstimatorState, OdometryInputs, Vibration
 from model.values.legs import FootMotion
@@ -48,21 +51,19 @@ def learn(
     part = min(dt_s / MEMORY_S, 1.0)
     force, change = before.force, before.force_change
     if heard.fresh and heard.whole:
-        x, y = feet.position_m[:, 0], feet.position_m[:, 1]
-        along, aside = heard.share[:, 0], heard.share[:, 1]
-        force = np.array([along.sum(), aside.sum(), np.vdot(x, aside) - np.vdot(y, along)])
-        if np.isfinite(before.force + force).all():
-            half = 0.5 * np.square(force - before.force)
-            most = MOST * np.maximum(change, settings.force_sd**2)
-            change = change + part * (np.minimum(half, most) - change)
+        force, change = np.empty(3), np.empty(3)
+        change_kernel(
+            np.ascontiguousarray(feet.position_m), heard.share, before.force, before.force_change,
+            part, settings.force_sd**2, force, change,
+        )  # fmt: skip
     elif (inputs.t_ns - state.force_ns) * 1e-9 > settings.stale_force_s:
         force = UNKNOWN
     turn, turn_change = before.turn, before.turn_change
-    if np.isfinite(left):
+    if isfinite(left):
         turn = left
     elif (inputs.t_ns - state.gyro_ns) * 1e-9 > settings.stale_force_s:
         turn = np.nan
-    if np.isfinite(before.turn + left):
+    if isfinite(before.turn + left):
         half_turn = 0.5 * (left - before.turn) ** 2
         most_turn = MOST * max(turn_change, settings.gyro_sd**2)
         turn_change += part * (min(half_turn, most_turn) - turn_change)
@@ -70,7 +71,7 @@ def learn(
 
 
 def variance(
-    known: Vibration, model: Neighbourhood, feet: FootMotion, settings: EstimatorSettings
+    known: Vibration, model: Neighbourhood, feet: FootMotion, settings: Record
 ) -> FloatArray:
     """Variance of vx, vy [m^2/s^2] and yaw rate [rad^2/s^2] that vibration adds, (3,).
 
@@ -81,19 +82,97 @@ def variance(
         known: What was learned.
         model: The model's answer at the tick.
         feet: Of the tick.
-        settings: How long a force lasts, what is assumed without forces and gyro, noise of both.
+        settings: Of ``record_of``: how long a force lasts, what is assumed without forces and gyro, noise
+            of both.
     """
-    carried = model.load_n > 0
-    span = np.square(feet.position_m[carried, :2]).sum() / np.count_nonzero(carried)
-    turning = max(known.turn_change - settings.gyro_sd**2, 0.0)
-    if np.isfinite(known.force).all():
-        noise = np.full(3, float(len(carried)))
-        noise[2] = np.square(feet.position_m[:, :2]).sum()
-        change = np.maximum(known.force_change - settings.force_white_sd**2 * noise, 0.0)
-        added = change * (standard_gravity * settings.vibration_s) ** 2
-        added[2] = max(added[2] / span**2, turning)  # the mass lies about as far out as the feet
-        return added
-    if np.isfinite(known.turn):  # about one of the feet
-        return np.array([0.5 * span * turning, 0.5 * span * turning, turning])
-    slip = np.square(model.slip_B[carried]).sum() / np.count_nonzero(carried)
-    return np.array([0.0, 0.0, settings.vibration_per_slip**2 * slip])
+    added = np.empty(3)
+    variance_kernel(
+        np.ascontiguousarray(feet.position_m), known.force, known.force_change, known.turn,
+        known.turn_change, model.rows, model.slip_B, settings, added,
+    )  # fmt: skip
+    return added
+
+
+@compiled
+def change_kernel(
+    position: FloatArray, share: FloatArray, force: FloatArray, change: FloatArray, part: float,
+    least: float, force_now: FloatArray, change_now: FloatArray,
+) -> None:  # fmt: skip
+    """Learn how forces change with a new record.
+
+    Args:
+        position: Feet, (N, 3) [m].
+        share: Measured forces over the weight, (N, 3).
+        force: Of ``Vibration``, (3,): of the record before.
+        change: Of ``Vibration``, (3,): what is known.
+        part: Share of this record in it.
+        least: Variance of the forces, below which a change is no kick.
+        force_now: Out: of this record, (3,).
+        change_now: Out: what is known now, (3,).
+    """
+    x, y, turning, back = 0.0, 0.0, 0.0, 0.0
+    for k in range(position.shape[0]):
+        x += share[k, 0]
+        y += share[k, 1]
+        turning += position[k, 0] * share[k, 1]
+        back += position[k, 1] * share[k, 0]
+    force_now[0], force_now[1], force_now[2] = x, y, turning - back
+    check = 0.0
+    for i in range(3):
+        check += 0.0 * (force[i] + force_now[i])
+    for i in range(3):
+        change_now[i] = change[i]
+        if check == 0.0:
+            half = 0.5 * (force_now[i] - force[i]) ** 2
+            change_now[i] += part * (min(half, MOST * max(change[i], least)) - change[i])
+
+
+@compiled
+def variance_kernel(
+    position: FloatArray, force: FloatArray, change: FloatArray, turn: float, turn_change: float,
+    rows: FloatArray, slip: FloatArray, settings: Record, added: FloatArray,
+) -> None:  # fmt: skip
+    """Variance that vibration adds: ``variance``.
+
+    Args:
+        position: Feet, (N, 3) [m].
+        force: Of ``Vibration``, (3,), as are the next three.
+        change: (3,).
+        turn: [rad/s].
+        turn_change: [rad^2/s^2].
+        rows: Of ``Neighbourhood``.
+        slip: Of the feet, (N, 2) [m/s].
+        settings: Of ``record_of``.
+        added: Out: (3,).
+    """
+    setting, count = settings[0], position.shape[0]
+    carried, span, wide, slipping = 0, 0.0, 0.0, 0.0
+    for k in range(count):
+        square = position[k, 0] ** 2 + position[k, 1] ** 2
+        wide += square
+        if rows[0, 8 + 3 * k] > 0.0:
+            carried += 1
+            span += square
+            slipping += slip[k, 0] ** 2 + slip[k, 1] ** 2
+    span, slipping = span / carried, slipping / carried
+    turning = max(turn_change - setting["gyro_sd"] ** 2, 0.0)
+    if np.isfinite(force[0]) and np.isfinite(force[1]) and np.isfinite(force[2]):
+        push = (standard_gravity * setting["vibration_s"]) ** 2
+        for i in range(3):
+            noise = setting["force_white_sd"] ** 2 * (wide if i == 2 else float(count))
+            added[i] = max(change[i] - noise, 0.0) * push
+        # the mass lies about as far out as the feet
+        added[2] = max(added[2] / span**2, turning)
+    elif np.isfinite(turn):  # about one of the feet
+        added[0] = added[1] = 0.5 * span * turning
+        added[2] = turning
+    else:
+        added[0] = added[1] = 0.0
+        added[2] = setting["vibration_per_slip"] ** 2 * slipping
+
+
+def prepare() -> None:
+    """Load or make the machine code now, so that no tick has to wait for it."""
+    settings = record_of(EstimatorSettings(), 1.0)
+    compile_for(change_kernel, *given(2, 2, 1, 1), NUMBER, NUMBER, *out(1, 1))
+    compile_for(variance_kernel, *given(2, 1, 1), NUMBER, NUMBER, *given(2, 2), settings, *out(1))

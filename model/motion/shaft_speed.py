@@ -7,6 +7,7 @@ noise of the encoder allows, until its integral is the angle that the shaft turn
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -26,7 +27,7 @@ class ShaftSpeeds:
 
     Attributes:
         t_ns: Time of the newest angles.
-        angle_rad: Where they are, smoothed, (J,); NaN before the first angle.
+        angle_rad: Where they are, smoothed, (J,).
         rate_rad_s: The servos' own speeds there, (J,).
         error_rad_s: What these were short of, (J,).
     """
@@ -37,19 +38,13 @@ class ShaftSpeeds:
     error_rad_s: FloatArray
 
 
-def at_start(joints: int) -> ShaftSpeeds:
-    """What is known before the first angle."""
-    nan = readonly(np.full(joints, np.nan))
-    return ShaftSpeeds(-1, nan, nan, readonly(np.zeros(joints)))
-
-
 def agreed(
-    before: ShaftSpeeds, t_ns: int, angle_rad: FloatArray, rate_rad_s: FloatArray
+    before: ShaftSpeeds | None, t_ns: int, angle_rad: FloatArray, rate_rad_s: FloatArray
 ) -> tuple[ShaftSpeeds, FloatArray]:
     """Return speeds whose integral is the angle that shafts turned; of a fast loop the servos' own.
 
     Args:
-        before: What was remembered.
+        before: What was remembered; None before the first angle.
         t_ns: When angles and speeds were measured.
         angle_rad: (J,), unwrapped; NaN where missing.
         rate_rad_s: The servos' own speeds, (J,); NaN where missing.
@@ -57,12 +52,13 @@ def agreed(
     Returns:
         What to remember, and the corrected speeds, (J,); NaN where the servo's own is.
     """
+    if before is None:
+        return ShaftSpeeds(t_ns, angle_rad, rate_rad_s, _no_error(len(angle_rad))), rate_rad_s
     dt_s = (t_ns - before.t_ns) * 1e-9
     if dt_s == 0.0:  # the same reading once more
         return before, rate_rad_s + before.error_rad_s
-    if before.t_ns < 0 or not SLOW_S <= dt_s <= LONGEST_S:
-        error = readonly(np.zeros(len(angle_rad)))
-        return ShaftSpeeds(t_ns, angle_rad, rate_rad_s, error), rate_rad_s
+    if not SLOW_S <= dt_s <= LONGEST_S:
+        return ShaftSpeeds(t_ns, angle_rad, rate_rad_s, _no_error(len(angle_rad))), rate_rad_s
     kept = np.exp(-dt_s / AGREE_S)
     expected = before.angle_rad + dt_s * (
         0.5 * (before.rate_rad_s + rate_rad_s) + before.error_rad_s
@@ -89,8 +85,13 @@ def agreed_over(t_ns: IntArray, angle_rad: FloatArray, rate_rad_s: FloatArray) -
     """
     if (np.diff(t_ns) < SLOW_S * 1e9).all():
         return rate_rad_s
-    memory = at_start(angle_rad.shape[1])
+    memory: ShaftSpeeds | None = None
     rates = np.empty(rate_rad_s.shape)
     for i, now_ns in enumerate(t_ns.tolist()):
         memory, rates[i] = agreed(memory, now_ns, angle_rad[i], rate_rad_s[i])
     return rates
+
+
+@cache
+def _no_error(joints: int) -> FloatArray:
+    return readonly(np.zeros(joints))

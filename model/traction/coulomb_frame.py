@@ -40,19 +40,6 @@ LOOSE = 1e-9  # gap at which an unpolished answer is still taken for one
 
 
 @compiled
-def coulomb_frame(
-    work: FloatArray, loads: FloatArray, mu: FloatArray, warm: bool, velocity: FloatArray,
-    slip: FloatArray, force: FloatArray, sticking: BoolArray, creep: bool,
-) -> tuple[int, bool]:  # fmt: skip
-    """``balance_frame`` of exact Coulomb friction, on a body that nothing else pushes."""
-    apart = loads.size < 0
-    law = FootLaw(not apart, 0.0, 1.0, 1.0, 1.0)
-    return balance_frame(
-        work, loads, mu, law, velocity[:0], slip[:0], warm, velocity, slip, force, sticking, creep
-    )
-
-
-@compiled
 def balance_frame(
     work: FloatArray, loads: FloatArray, mu: FloatArray, law: FootLaw, outside: FloatArray,
     elastic: FloatArray, warm: bool, velocity: FloatArray, slip: FloatArray, force: FloatArray,

@@ -66,8 +66,7 @@ class OdometryInputs:
         added: What effects add to the model; None without any.
         pose_sd_m: Standard deviation of its x and y; NaN for that of the settings.
         yaw_sd_rad: The same of its yaw.
-        slope_m: Of each foot's height over its shaft's angle, (N,) [m/rad], NaN while a shaft rests; None
-            where legs have no shafts of their own.
+        shaft_rad_s: Speed of each leg's shaft, (N,); None where legs have no shafts of their own.
     """
 
     t_ns: int
@@ -80,7 +79,7 @@ class OdometryInputs:
     added: AddedByEffects | None = None
     pose_sd_m: float = np.nan
     yaw_sd_rad: float = np.nan
-    slope_m: FloatArray | None = None
+    shaft_rad_s: FloatArray | None = None
 
 
 def paired_covariance(apart: FloatArray) -> FloatArray:

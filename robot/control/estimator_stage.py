@@ -17,7 +17,7 @@ from model.motion.se2 import aligning, compose, yaw_of
 from model.motion.shaft_speed import ShaftSpeeds
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import POSE, Estimate, OdometryInputs
-from model.values.legs import FootForces, FootMotion, JointState
+from model.values.legs import FootForces, JointState
 from model.values.parameters import RobotParameters
 from model.values.readings import ImuRecord, PoseRecord
 from model.values.tick import SensedTick
@@ -28,7 +28,7 @@ from robot.control.effects import EffectMemory, EffectsBeside
 from robot.control.imu import MountedImu
 
 FIRST = -1
-LEAST_RATE_RAD_S = 0.05  # of a shaft that turns
+UNKNOWN = (np.nan, np.nan, np.nan)  # yaw rate, roll, pitch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,24 +100,20 @@ class EstimatorStage:
                 world lies in ours, so that the estimate does not jump.
             imu: Readings of the IMU since then; the newest fresh one counts.
         """
-        effects = memory.effects
-        speeds = memory.speeds
-        if speeds is None:
-            speeds = shaft_speed.at_start(len(joints.angle_rad))
+        effects, added = memory.effects, None
         speeds, rate_rad_s = shaft_speed.agreed(
-            speeds, joints.t_ns, joints.angle_rad, joints.rate_rad_s
+            memory.speeds, joints.t_ns, joints.angle_rad, joints.rate_rad_s
         )
         if self._effects is None:
             feet = self._kinematics.feet(joints.angle_rad, rate_rad_s)
-            inputs = OdometryInputs(t_ns, feet, forces)
         else:
             effects, tick = self._effects.step(effects, t_ns, joints.angle_rad, rate_rad_s, forces)
-            inputs = OdometryInputs(t_ns, tick.answer.feet, tick.forces, added=tick.added)
-        if len(rate_rad_s) == len(inputs.feet.position_m):  # a shaft a leg
-            inputs = replace(inputs, slope_m=_slope(inputs.feet, rate_rad_s))
-        if imu:
-            rate, roll, pitch = self._imu.of_body(imu, t_ns)
-            inputs = replace(inputs, yaw_rate_rad_s=rate, roll_rad=roll, pitch_rad=pitch)
+            feet, forces, added = tick.answer.feet, tick.forces, tick.added
+        shafts = rate_rad_s if len(rate_rad_s) == len(feet.position_m) else None  # a shaft a leg
+        turn, roll, pitch = self._imu.of_body(imu, t_ns) if imu else UNKNOWN
+        inputs = OdometryInputs(
+            t_ns, feet, forces, turn, roll, pitch, added=added, shaft_rad_s=shafts
+        )
         before, alignment = memory.estimator, memory.alignment
         if poses:
             alignment, late, newest = self._sorted(before, alignment, t_ns, poses)
@@ -159,16 +155,6 @@ class EstimatorStage:
             else:
                 newest = sample
         return alignment, late, newest
-
-
-def _slope(feet: FootMotion, rate_rad_s: FloatArray) -> FloatArray:
-    """Slope of each foot's height over its shaft's angle, (N,) [m/rad]; NaN while a shaft rests."""
-    turns = np.abs(rate_rad_s) > LEAST_RATE_RAD_S
-    with np.errstate(invalid="ignore"):
-        slope: FloatArray = np.where(
-            turns, feet.velocity_m_s[:, 2] / np.where(turns, rate_rad_s, 1.0), np.nan
-        )
-    return readonly(slope)
 
 
 def estimator_stage(config: RobotConfig, kinematics: LegKinematics) -> EstimatorStage:

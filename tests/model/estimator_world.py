@@ -91,7 +91,7 @@ def simulate(
     # a robot that differs from the file by its tolerances
     errors = draw.normal(size=(1, 6 + OTHERS))
     own_twist, own_rest = np.full((1, 3), np.nan), np.zeros((1, 6), dtype=bool)
-    apart, loads = np.zeros((1, 3)), np.zeros((1, 6))
+    moved, apart, more = np.zeros((1, 3)), np.zeros((1, 3)), np.zeros((1, 6))
     made, poses, velocities = [], [], []
     for i in range(ticks):
         t_ns = i * PERIOD_NS
@@ -100,8 +100,11 @@ def simulate(
         assert model is not None
         tolerance_kernel(
             truth, feet.position_m, feet.velocity_m_s, contact.stiffness, contact.mu,
-            contact.anisotropy, record, model.rows[0], errors, own_twist, own_rest, apart, loads,
+            contact.anisotropy, record, model.rows[0], model.slip_B,
+            model.sway_B, errors, PERIOD_NS * 1e-9,
+            own_twist, own_rest, moved, apart, more,
         )  # fmt: skip
+        loads = model.load_n + WEIGHT_N * more[0]
         model.rows[0, :3] += apart[0]
         if i:
             step = walking(truth, CERTAIN, model, record, PERIOD_NS * 1e-9)
@@ -112,7 +115,7 @@ def simulate(
         velocities.append(truth[VELOCITY].copy())
         share = np.zeros((6, 3))
         noise = settings.load_sd * draw.normal(size=6)
-        share[:, 2] = loads[0] / WEIGHT_N + noise - noise.mean()  # the weight is known
+        share[:, 2] = loads / WEIGHT_N + noise - noise.mean()  # the weight is known
         slip = slip_of_feet(truth[VELOCITY], feet, model.sway_B)
         size = np.sqrt((slip**2).sum(axis=1) + settings.creep_speed**2)[:, None]
         mu = contact.mu * np.exp(truth[SCALE] + truth[friction_of(6)])

@@ -5,7 +5,8 @@ import pytest
 
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, Reason, solve_frames
 from model.support.kernel import ROWS, SPEED_X, X, Y
-from model.traction.coulomb_frame import coulomb_frame
+from model.traction.coulomb_frame import balance_frame
+from model.traction.coulomb_kernel import FootLaw
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
@@ -177,7 +178,10 @@ def test_any_forces_that_hold_feet_at_rest_leave_the_velocity_and_balance(fast_m
     for creep in (True, False):
         twist, rest = np.empty(3), np.zeros(5, dtype=np.bool_)
         slip, force = np.zeros((5, 2)), np.zeros((5, 2))
-        reason, _ = coulomb_frame(work, loads, mu, False, twist, slip, force, rest, creep)
+        reason, _ = balance_frame(
+            work, loads, mu, FootLaw(True, 0.0, 1.0, 1.0, 1.0), np.empty(0), slip[:0], False, twist,
+            slip, force, rest, creep,
+        )  # fmt: skip
         assert reason == 0
         assert rest.tolist() == [True, False, True, True, True]
         np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-9)

@@ -22,10 +22,20 @@ FILTERED = PLAIN + 0.03 * DRAW.normal(size=(6, 3))
 RECORDS = 5000  # five memories
 
 
+def learn(
+    memory: ForceMemory, measured: FloatArray, filtered: FloatArray, plain: FloatArray
+) -> ForceMemory:
+    return force_blend.predict(memory, measured, filtered, plain, 1.0, SETTINGS)[1]
+
+
+def blended(memory: ForceMemory, filtered: FloatArray, plain: FloatArray) -> FloatArray:
+    return force_blend.predict(memory, None, filtered, plain, 1.0, SETTINGS)[0]
+
+
 def after(measured: FloatArray, records: int = RECORDS) -> ForceMemory:
     memory = force_blend.at_start()
     for _ in range(records):
-        memory = force_blend.learn(memory, measured, FILTERED, PLAIN, SETTINGS)
+        memory = learn(memory, measured, FILTERED, PLAIN)
     return memory
 
 
@@ -61,7 +71,7 @@ def test_without_forces_the_prediction_is_the_open_loop() -> None:
 
 
 def test_before_anything_was_measured_the_open_loop_is_predicted() -> None:
-    both = force_blend.blended(force_blend.at_start(), FILTERED, PLAIN)
+    both = blended(force_blend.at_start(), FILTERED, PLAIN)
     np.testing.assert_array_equal(both[:, :2], PLAIN[:, :2])
     np.testing.assert_array_equal(both[:, 2], FILTERED[:, 2])
 
@@ -69,7 +79,7 @@ def test_before_anything_was_measured_the_open_loop_is_predicted() -> None:
 @pytest.mark.parametrize("part", [-0.5, 0.0, 0.3, 1.0, 1.7])
 def test_what_is_predicted_goes_to_the_nearer_and_never_beyond(part: float) -> None:
     memory = after(PLAIN + part * (FILTERED - PLAIN))
-    both = force_blend.blended(memory, FILTERED, PLAIN)
+    both = blended(memory, FILTERED, PLAIN)
     share = np.clip(part, 0, 1)
     expected = PLAIN + share * (FILTERED - PLAIN)
     # the last hundredth stays the open loop's: that they differ has to be seen first
@@ -82,7 +92,7 @@ def test_what_is_predicted_goes_to_the_nearer_and_never_beyond(part: float) -> N
 def test_axes_are_weighed_one_by_one() -> None:
     measured = PLAIN.copy()
     measured[:, 1] = FILTERED[:, 1]
-    both = force_blend.blended(after(measured), FILTERED, PLAIN)
+    both = blended(after(measured), FILTERED, PLAIN)
     np.testing.assert_array_equal(both[:, 0], PLAIN[:, 0])
     np.testing.assert_allclose(both[:, 1], FILTERED[:, 1], atol=0.05 * 0.03)
 
@@ -95,7 +105,7 @@ def test_weights_are_the_least_squares_of_what_was_measured() -> None:
         plain = 0.05 * draw.normal(size=(6, 3))
         filtered = plain + 0.03 * draw.normal(size=(6, 3))
         measured = plain + 0.6 * (filtered - plain) + 0.02 * draw.normal(size=(6, 3))
-        memory = force_blend.learn(memory, measured, filtered, plain, SETTINGS)
+        memory = learn(memory, measured, filtered, plain)
         rows[0].append((filtered - plain)[:, 0])
         rows[1].append((measured - plain)[:, 0])
     weight = np.linalg.lstsq(np.concatenate(rows[0])[:, None], np.concatenate(rows[1]))[0][0]
@@ -107,13 +117,13 @@ def test_weights_are_the_least_squares_of_what_was_measured() -> None:
 def test_feet_without_a_force_teach_nothing() -> None:
     nothing = np.full((6, 3), np.nan)
     before = after(FILTERED, 10)
-    assert force_blend.learn(before, nothing, FILTERED, PLAIN, SETTINGS) is before
-    assert force_blend.learn(before, FILTERED, FILTERED, nothing, SETTINGS) is before
+    assert learn(before, nothing, FILTERED, PLAIN) is before
+    assert learn(before, FILTERED, FILTERED, nothing) is before
     some = FILTERED.copy()
     some[2, 0], some[4] = np.nan, np.inf
     heard = [0, 1, 3, 5]
-    one = force_blend.learn(before, some, FILTERED, PLAIN, SETTINGS)
-    other = force_blend.learn(before, FILTERED[heard], FILTERED[heard], PLAIN[heard], SETTINGS)
+    one = learn(before, some, FILTERED, PLAIN)
+    other = learn(before, FILTERED[heard], FILTERED[heard], PLAIN[heard])
     np.testing.assert_array_equal(one.apart, other.apart)
     np.testing.assert_array_equal(one.agree, other.agree)
 
@@ -123,7 +133,7 @@ def test_without_an_open_loop_the_filter_predicts_alone() -> None:
     tipping = FootMotion(ahead, feet_at(0.3).velocity_m_s)
     plain = force_blend.open_loop(tipping, CONTACT, WEIGHT_N)
     assert np.isnan(plain).all()
-    both = force_blend.blended(after(PLAIN), FILTERED, plain)
+    both = blended(after(PLAIN), FILTERED, plain)
     np.testing.assert_array_equal(both, FILTERED)
 
 

@@ -13,12 +13,16 @@ from hypothesis.extra import numpy as hnp
 from model.estimator import health, sources
 from model.estimator.filter import Estimator
 from model.estimator.health import DEGRADED, MOST_STRAIN, USUAL
-from model.estimator.settings import EstimatorSettings
+from model.estimator.neighbourhood import neighbourhood
+from model.estimator.process import NOTHING_BESIDE, Beside, walking
+from model.estimator.settings import EstimatorSettings, record_of
 from model.estimator.sources import FORCE, GYRO, LOAD, TILT
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray
 from model.values.estimate import (
+    FIXED,
     SOURCES,
+    VELOCITY,
     Estimate,
     EstimatorState,
     Health,
@@ -27,7 +31,7 @@ from model.values.estimate import (
 )
 from model.values.legs import FootForces, FootMotion
 from model.values.parameters import ContactParameters
-from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, feet_at
+from tests.model.estimator_world import CERTAIN, CONTACT, PERIOD_NS, WEIGHT_N, feet_at
 
 SETTINGS = EstimatorSettings()
 NAMES = ("LF", "LM", "LH", "RF", "RM", "RH")
@@ -130,8 +134,18 @@ def test_strain_is_1_until_a_misfit_is_unusual(misfit: FloatArray) -> None:
 def test_a_strained_noise_has_larger_variances_and_the_same_correlations(
     root: FloatArray, by: FloatArray
 ) -> None:
-    noise = root @ root.T + 0.1 * np.eye(3)
-    more = health.strained(noise, by)
+    mean, feet, record = np.zeros(FIXED + 12), feet_at(0.3), record_of(SETTINGS, WEIGHT_N)
+    model = neighbourhood(mean, feet, CONTACT, record)
+    assert model is not None
+    own, noise, more = (
+        walking(mean, CERTAIN, model, record, 0.01, 0, beside).noise[VELOCITY, VELOCITY]
+        for beside in (
+            NOTHING_BESIDE,
+            Beside(root, np.ones(3), np.zeros(3)),
+            Beside(root, by, np.zeros(3)),
+        )
+    )
+    np.testing.assert_allclose(noise - own, 0.5 * root.T @ root, atol=1e-12)
     np.testing.assert_allclose(np.diag(more), by * np.diag(noise))
     sd, more_sd = np.sqrt(np.diag(noise)), np.sqrt(np.diag(more))
     np.testing.assert_allclose(more / np.outer(more_sd, more_sd), noise / np.outer(sd, sd))

@@ -50,7 +50,7 @@ def found(state: EstimatorState, settings: EstimatorSettings = SETTINGS) -> Floa
     feet = feet_at(0.0)
     model = neighbourhood(np.zeros(FIXED + 12), feet, CONTACT, record_of(settings, WEIGHT_N))
     assert model is not None
-    return vibration.variance(state.vibration, model, feet, settings)
+    return vibration.variance(state.vibration, model, feet, record_of(settings, WEIGHT_N))
 
 
 def no_gyro(_t_s: float) -> float:
@@ -150,7 +150,7 @@ def test_without_forces_and_gyro_it_grows_with_the_slip(settings: EstimatorSetti
         record = record_of(replace(settings, sway=False), WEIGHT_N)
         model = neighbourhood(np.zeros(FIXED + 12), moving, CONTACT, record)
         assert model is not None
-        assumed.append(vibration.variance(state.vibration, model, moving, settings))
+        assumed.append(vibration.variance(state.vibration, model, moving, record))
         rms = np.sqrt(np.square(model.slip_B).sum(axis=1).mean())
         assert np.sqrt(assumed[-1][2]) == pytest.approx(settings.vibration_per_slip * rms)
     assert assumed[1][2] == pytest.approx(4 * assumed[0][2])

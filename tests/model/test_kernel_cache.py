@@ -88,9 +88,9 @@ def test_the_folder_is_the_users_or_the_one_that_was_named(monkeypatch: pytest.M
 
 @pytest.mark.skipif(not compiled.COMPILED, reason="numba is not installed")
 def test_machine_code_does_not_outlive_any_source_that_it_is_made_of() -> None:
-    from model.traction.coulomb_frame import coulomb_frame
+    from model.traction.coulomb_frame import balance_frame
 
-    files = coulomb_frame._cache._cache_file  # type: ignore[attr-defined]
+    files = balance_frame._cache._cache_file  # type: ignore[attr-defined]
     stamp = compiled._stamp("model.traction.coulomb_frame")
     assert len(stamp) == 64
     assert files._made_from.startswith(stamp)

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from model.motion.shaft_speed import AGREE_S, LONGEST_S, agreed, agreed_over, at_start
+from model.motion.shaft_speed import AGREE_S, LONGEST_S, agreed, agreed_over
 
 COUNT_RAD = 2 * np.pi / 4096
 
@@ -51,7 +51,7 @@ def test_the_angle_is_right_whatever_the_servo_says(
 @given(period_s=st.sampled_from([0.005, 0.01, 0.013]), offset_rad_s=st.floats(-0.5, 0.5))
 def test_a_fast_loop_takes_the_servos_own_speed(period_s: float, offset_rad_s: float) -> None:
     t_ns, angle, rate = turning(period_s, 1.0)
-    said, memory = rate + offset_rad_s, at_start(2)
+    said, memory = rate + offset_rad_s, None
     for now_ns, now, own in zip(t_ns.tolist(), angle, said, strict=True):
         memory, corrected = agreed(memory, now_ns, now, own)
         np.testing.assert_array_equal(corrected, own)
@@ -83,7 +83,7 @@ def test_a_speed_read_in_the_lull_of_each_jump_is_corrected() -> None:
 def test_a_missing_reading_is_missing_and_what_was_learned_is_kept() -> None:
     t_ns, angle, rate = turning(0.02, 8.0)
     said = rate + 0.1
-    memory = at_start(2)
+    memory = None
     for i in range(200):
         memory, _ = agreed(memory, int(t_ns[i]), angle[i], said[i])
     lost = np.array([np.nan, angle[200, 1]])
@@ -96,7 +96,7 @@ def test_a_missing_reading_is_missing_and_what_was_learned_is_kept() -> None:
 
 def test_the_same_reading_twice_changes_nothing() -> None:
     t_ns, angle, rate = turning(0.02, 8.0)
-    memory = at_start(2)
+    memory = None
     for i in range(200):
         memory, first = agreed(memory, int(t_ns[i]), angle[i], rate[i] + 0.1)
     again, second = agreed(memory, int(t_ns[199]), angle[199], rate[199] + 0.1)
@@ -106,7 +106,7 @@ def test_the_same_reading_twice_changes_nothing() -> None:
 
 def test_after_a_gap_and_when_time_goes_back_it_starts_anew() -> None:
     t_ns, angle, rate = turning(0.02, 8.0)
-    memory = at_start(2)
+    memory = None
     for i in range(200):
         memory, _ = agreed(memory, int(t_ns[i]), angle[i], rate[i] + 0.1)
     for later_ns in (int(LONGEST_S * 1e9) + 1, -1):

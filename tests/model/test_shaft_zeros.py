@@ -35,8 +35,8 @@ def walked(
         total = float(share[:, 2].sum())
         heard = Heard(share, whole=True, total=total, fresh=True, use=True)
         known = learn(
-            known, heard, np.full(LEGS, 1 / LEGS), Apart(np.zeros((0, 3)), apart_share),
-            slope_m if slopes else None, COMPANION_M,
+            known, heard, np.full((LEGS, 3), 1 / LEGS), Apart(np.zeros((0, 3)), apart_share),
+            np.outer(slope_m, [0, 0, 1]), np.ones(LEGS) if slopes else None, COMPANION_M,
         )  # fmt: skip
     return known
 
