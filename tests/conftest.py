@@ -48,6 +48,7 @@ def modules_stay() -> Iterator[None]:
     """
     gc.collect()
     gc.freeze()
+    gc.set_threshold(10_000)  # the usual 700 searches after every few ticks
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(gc, "freeze", lambda: None)
         patch.setattr(gc, "unfreeze", lambda: None)
