@@ -47,6 +47,8 @@ types: install
 imports: install
 	$(BIN)/lint-imports
 
+# Compiled tests are kept: many containers set PYTHONDONTWRITEBYTECODE, and every worker compiles them again.
+tests soak thorough: export PYTHONDONTWRITEBYTECODE =
 tests: install
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 

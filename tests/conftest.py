@@ -3,6 +3,7 @@
 A worker of pytest-xdist inherits the environment, so this is in time for all of them.
 """
 
+import gc
 import os
 from collections.abc import Iterator
 
@@ -10,6 +11,9 @@ import pytest
 from hypothesis import is_hypothesis_test, settings
 
 from bigant.one_thread import one_thread
+from tests.pace import brisk_pace as brisk_pace
+from tests.pace import usual_pace as usual_pace
+from tests.robot.report.text_only import words_only as words_only
 from tests.walk_logs import cycle_walk as cycle_walk
 from tests.walk_logs import short_walk as short_walk
 
@@ -34,6 +38,21 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items if thorough(config) else []:
         if is_hypothesis_test(getattr(item, "obj", None)):
             item.add_marker("thorough")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def modules_stay() -> Iterator[None]:
+    """No search for garbage walks through all modules and tests: one takes a third of a second.
+
+    A drive does the same for itself, and afterwards undoes it for everything.
+    """
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(10_000)  # the usual 700 searches after every few ticks
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gc, "freeze", lambda: None)
+        patch.setattr(gc, "unfreeze", lambda: None)
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)

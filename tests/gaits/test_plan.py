@@ -14,6 +14,7 @@ from robot.config.robot_file import load_robot
 ROBOT = load_robot().parameters
 GAITS = {name: make_gait(name, ROBOT) for name in ("tripod", "metachronal")}
 PACE = MovePace.of(ROBOT.servo)
+pytestmark = pytest.mark.usefixtures("usual_pace")
 MS = 1_000_000
 angles = st.lists(st.floats(-30, 30), min_size=6, max_size=6).map(np.array)
 

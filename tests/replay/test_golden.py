@@ -19,6 +19,7 @@ pytest_plugins = ("robot.replay.pytest_plugin",)
 
 ROOT = Path(__file__).resolve().parents[2]
 LARGEST_TOTAL = 600_000
+pytestmark = pytest.mark.usefixtures("usual_pace")
 
 
 @pytest.mark.parametrize("name", NAMES)

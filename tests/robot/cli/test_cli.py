@@ -85,6 +85,7 @@ def test_show_as_json(short_walk: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert len(summary["slip_percentiles_m_s"]) == 5
 
 
+@pytest.mark.usefixtures("words_only")
 def test_a_cut_log_is_still_shown(
     short_walk: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -32,7 +32,7 @@ def pose(t_ns: int, at: FloatArray, sd_m: float = 0.002) -> PoseRecord:
 
 
 @pytest.fixture(scope="module")
-def walked() -> list[Tick]:
+def walked(usual_pace: None) -> list[Tick]:
     """Two seconds of the virtual robot getting up, with forces."""
     config = load_robot()
     rig = open_in_memory(config, VirtualSettings(seed=1))

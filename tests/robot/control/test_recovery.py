@@ -121,8 +121,13 @@ def turns_and_brownouts(count: int, more: str = RECOVERY) -> BenchRun:
     return bench_run(faults, config=changed(more=more), seconds=4 + 6 * count)
 
 
-def test_a_servo_that_started_anew_is_taken_up_where_it_stands() -> None:
-    done = turns_and_brownouts(1)
+@pytest.fixture(scope="module")
+def brownout() -> BenchRun:
+    return turns_and_brownouts(1)
+
+
+def test_a_servo_that_started_anew_is_taken_up_where_it_stands(brownout: BenchRun) -> None:
+    done = brownout
     assert done.result.reason is StopReason.EMERGENCY, "our own end"
     assert {FaultKind.SERVO_DOWN, FaultKind.RECOVERING, FaultKind.SERVO_RECOVERED} <= done.kinds
     assert (
@@ -138,8 +143,8 @@ def test_a_servo_that_started_anew_is_taken_up_where_it_stands() -> None:
     assert lag.max() < 0.3, "no turn is unwound: goal and shaft agree before and after"
 
 
-def test_while_a_servo_is_down_its_angle_is_unknown() -> None:
-    done = turns_and_brownouts(1)
+def test_while_a_servo_is_down_its_angle_is_unknown(brownout: BenchRun) -> None:
+    done = brownout
     begin_s, end_s = (done.first(k)[0] for k in (FaultKind.SERVO_DOWN, FaultKind.SERVO_RECOVERED))
     between = [
         t for t in done.ticks if begin_s <= (t.t_ns - done.ticks[0].t_ns) * 1e-9 < end_s - 0.005
@@ -171,13 +176,13 @@ def test_a_cause_that_is_not_allowed_stops_with_its_name() -> None:
     assert "overheating" in done.result.detail
 
 
-def test_the_same_inputs_give_the_same_ticks() -> None:
+def test_the_same_inputs_give_the_same_ticks(brownout: BenchRun) -> None:
     """The recovery is in the inputs: stepping through them again asks for the same and gives the same."""
     from record.log.tick_message import encode_tick
     from robot.control.controller import Controller
     from robot.virtual.open import VirtualSettings, open_in_memory
 
-    done = turns_and_brownouts(1)
+    done = brownout
     config = changed(more=RECOVERY)
     calibrations = open_in_memory(config, VirtualSettings(armed=False)).calibrations
     controller = Controller(config, calibrations, armed=True)

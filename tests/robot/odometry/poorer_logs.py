@@ -10,7 +10,7 @@ from record.log.recording import Recording
 
 TRUTH = ("truth_position_W", "truth_quaternion_xyzw", "truth_velocity_B", "truth_force_n")
 HEADING = TRUTH[1:3]
-MIDDLE = 900  # a tick within the walking
+MIDDLE = 600  # a tick within the walking
 
 
 def nothing(log: Recording) -> FloatArray:

@@ -43,7 +43,9 @@ WEIGHT_N = CONFIG.parameters.body.mass * standard_gravity
 def slipping(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A cycle and a half of the slipping gait, as a file."""
     path = tmp_path_factory.mktemp("odom") / "slipping.mcap"
-    words = "drive --gait metachronal --cycles 1.5 --seed 5 --virtual-time --log"
+    words = (
+        "drive --gait metachronal --cycles 1.5 --frequency-hz 0.15 --seed 5 --virtual-time --log"
+    )
     assert cli.run([*words.split(), str(path)]) == ExitCode.OK
     return path
 
@@ -59,7 +61,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A short walk by the real command, as a file."""
     path = tmp_path_factory.mktemp("odom") / "walk.mcap"
     made = cli.run(
-        ["drive", "--gait", "tripod", "--duration", "4", "--virtual-time", "--log", str(path)]
+        ["drive", "--gait", "tripod", "--duration", "2", "--virtual-time", "--log", str(path)]
     )
     assert made == ExitCode.OK
     return path

@@ -44,7 +44,6 @@ from tests.robot.odometry.poorer_logs import (
     places_only,
     standing_truth,
 )
-from tests.robot.report.text_only import words_only as words_only
 
 CONFIG = load_robot()
 TITLES = (

@@ -40,6 +40,7 @@ from tests.robot.runs import wish
 ROOT = Path(__file__).resolve().parents[3]
 LOGS = ROOT / "tests" / "record" / "logs"
 CONFIG_TEXT = DEFAULT_ROBOT_FILE.read_text(encoding="utf-8")
+pytestmark = pytest.mark.usefixtures("usual_pace")
 
 
 @pytest.fixture(scope="module")
@@ -252,7 +253,7 @@ def test_real_servos_take_their_limits_from_here_and_not_from_the_log(
     text = DEFAULT_ROBOT_FILE.read_text().replace("watchdog = 0.24 ", "watchdog = 0.20 ")
     foreign.write_text(text.replace("late_ticks = 20 ", "late_ticks = 900 "))
     log = tmp_path / "foreign.mcap"
-    drive = ["drive", "--virtual-time", "--cycles", "1", "--robot", str(foreign)]
+    drive = ["drive", "--virtual-time", "--cycles", "0.05", "--robot", str(foreign)]
     assert run([*drive, "--log", str(log), "--force-unit", "none", "--rate-hz", "50"]) == 0
     asked: list[tuple[RobotConfig, int | None]] = []
 

@@ -1,20 +1,30 @@
 """Pages without their pictures, for tests that read only their words: drawing is most of a page's time."""
 
-import pytest
-from matplotlib.figure import Figure
+from collections.abc import Iterator
+from contextlib import contextmanager
 
-from robot.report import pictures
+import pytest
+
+
+@contextmanager
+def without_pictures() -> Iterator[None]:
+    """Leave the pictures out of every page; their figures are still made."""
+    from robot.report import pictures
+
+    def no_plots(figure: object) -> str:
+        return "{}"
+
+    def no_svg(figure: object, number: str) -> str:
+        return "<svg/>"
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pictures, "moving_json", no_plots)
+        patch.setattr(pictures, "inline_svg", no_svg)
+        yield
 
 
 @pytest.fixture
-def words_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave the pictures out of every page; their figures are still made."""
-
-    def no_plots(figure: Figure) -> str:
-        return "{}"
-
-    def no_svg(figure: Figure, number: str) -> str:
-        return "<svg/>"
-
-    monkeypatch.setattr(pictures, "moving_json", no_plots)
-    monkeypatch.setattr(pictures, "inline_svg", no_svg)
+def words_only() -> Iterator[None]:
+    """As ``without_pictures``, for a test."""
+    with without_pictures():
+        yield

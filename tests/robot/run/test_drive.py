@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from drivers.dynamixel.registers import HardwareError
-from gaits import moves
 from model.errors import RecordError
 from model.values.faults import FaultKind, StopReason
 from model.values.tick import Intent, Mode, Tick
@@ -19,14 +18,6 @@ from robot.run.loop import run
 from robot.run.rig import Rig
 from robot.virtual.open import VirtualSettings, open_in_memory
 from tests.robot.runs import CONFIG, STOP, Kept, Told, drive, modes_of, walk_then_stop, wish
-
-
-@pytest.fixture(autouse=True)
-def brisk_legs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Legs move to their places at nearly twice the usual speed; other tests walk at the usual one."""
-    monkeypatch.setattr(moves, "MOVE_SPEED_RAD_S", 3.8)
-    monkeypatch.setattr(moves, "MOVE_SHARE", 1.0)
-
 
 ORDINARY = [Mode.ARMED, Mode.START, Mode.WALK, Mode.SLOW, Mode.SETTLE, Mode.HOLD]
 
@@ -110,9 +101,9 @@ def test_changing_the_gait_goes_through_a_stop_without_a_jump() -> None:
 
 def test_stand_walk_stand() -> None:
     def tell(t: float, _tick: Tick | None) -> Any:
-        if t > 16:
+        if t > 11:
             return STOP
-        return wish(Intent.WALK if 2 < t < 9 else Intent.STAND)
+        return wish(Intent.WALK if 2 < t < 7 else Intent.STAND)
 
     result, ticks, _ = drive(Told(tell))
     assert modes_of(ticks) == [
@@ -138,7 +129,7 @@ def test_readonly_never_switches_torque_on() -> None:
 
 def test_emergency_cuts_torque_at_once() -> None:
     cut = wish(Intent.CUT, reason=StopReason.EMERGENCY)
-    result, ticks, rig = drive(Told(lambda t, _: cut if t > 7 else wish(Intent.WALK)))
+    result, ticks, rig = drive(Told(lambda t, _: cut if t > 4 else wish(Intent.WALK)))
     assert ticks[-1].mode is Mode.LIMP
     assert modes_of(ticks)[-2] is Mode.WALK, "no detour"
     assert not ticks[-1].sent.torque
@@ -199,7 +190,7 @@ def walking_on() -> Told:
 def test_a_servo_fault_halts_the_robot_where_it_stands(
     action: Callable[[Rig], None], reason: StopReason, kind: FaultKind, source: str
 ) -> None:
-    result, ticks, _ = drive(walking_on(), disturb=at(8.0, action))
+    result, ticks, _ = drive(walking_on(), disturb=at(4.0, action))
     assert result.reason is reason
     assert any(f.kind is kind and f.source == source for f in ticks[-1].faults)
     assert modes_of(ticks)[-3:] == [Mode.WALK, Mode.SLOW, Mode.HOLD]
@@ -224,7 +215,7 @@ def test_a_force_unit_that_falls_silent_brings_the_robot_to_rest() -> None:
         stream: Any = rig._forces
         stream._datagrams._unit.transmit = False
 
-    result, ticks, _ = drive(walking_on(), disturb=at(7.0, mute))
+    result, ticks, _ = drive(walking_on(), disturb=at(3.5, mute))
     assert result.reason is StopReason.FORCE_LOST
     assert modes_of(ticks)[-3:] == [Mode.SLOW, Mode.SETTLE, Mode.HOLD]
 
@@ -238,7 +229,7 @@ def test_a_pulled_cable_cuts() -> None:
 
         rig.bus._port.writePort = gone
 
-    result, ticks, _ = drive(walking_on(), disturb=at(7.0, pull))
+    result, ticks, _ = drive(walking_on(), disturb=at(3.5, pull))
     assert result.reason is StopReason.LINK_LOST
     assert ticks[-1].mode is Mode.LIMP
     assert result.torque_off is False, "nobody can confirm it"
@@ -269,7 +260,7 @@ def test_a_log_that_fails_brings_the_robot_to_rest() -> None:
     def fail(_rig: Rig) -> None:
         kept.error = RecordError("the log x can no longer be written: No space left on device")
 
-    result, ticks, _ = drive(walking_on(), disturb=at(7.0, fail), kept=kept)
+    result, ticks, _ = drive(walking_on(), disturb=at(3.5, fail), kept=kept)
     assert result.reason is StopReason.LOG_FAILED
     assert ticks[-1].mode is Mode.HOLD
     assert result.torque_off
@@ -279,7 +270,7 @@ def test_a_loop_that_stands_still_stops_and_the_watchdog_has_stopped_the_servos(
     def stall(rig: Rig) -> None:
         rig.clock.advance(600_000_000)  # type: ignore[attr-defined]
 
-    result, ticks, _ = drive(walking_on(), disturb=at(8.0, stall))
+    result, ticks, _ = drive(walking_on(), disturb=at(4.0, stall))
     assert result.reason is StopReason.TIMING
     assert any(f.kind is FaultKind.LATE for t in ticks for f in t.faults)
     assert max(t.inputs.timing.missed for t in ticks) >= 59
@@ -288,7 +279,7 @@ def test_a_loop_that_stands_still_stops_and_the_watchdog_has_stopped_the_servos(
 
 def test_a_gait_too_fast_is_refused_and_the_robot_stands() -> None:
     def tell(t: float, _tick: Tick | None) -> Any:
-        return wish(Intent.WALK, frequency_hz=0.2 if t < 8 else 3.0)
+        return wish(Intent.WALK, frequency_hz=0.2 if t < 5 else 3.0)
 
     result, ticks, _ = drive(Told(tell))
     assert result.reason is StopReason.GAIT_REFUSED
@@ -302,7 +293,7 @@ def test_a_plan_gone_wrong_never_reaches_the_servos(monkeypatch: pytest.MonkeyPa
 
     def wrong(self: Walking, t_ns: int) -> Any:
         angle, rate = whole(self, t_ns)
-        return angle + (1.0 if t_ns > 9e9 else 0.0), rate
+        return angle + (1.0 if t_ns > 6e9 else 0.0), rate
 
     monkeypatch.setattr(Walking, "at", wrong)
     result, ticks, _ = drive(walking_on())
