@@ -19,7 +19,7 @@ from record.trial.database import (
     sql_list,
     write,
 )
-from record.trial.parquet_file import COMPRESSED, READ, as_input, check_names, parquet_table
+from record.trial.parquet_file import as_input, check_names, compressed, files_source, parquet_table
 
 MISSING_TEXTS = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "NULL", "None", "-nan", "#N/A")
 TRUE, FALSE = ("true", "True", "TRUE"), ("false", "False", "FALSE")
@@ -77,7 +77,7 @@ def copy_csv(path: Path, target: Path, columns: int, delimiter: str) -> None:
     """
 
     def run(source: str) -> object:
-        sql = f"COPY (SELECT * FROM {source}) TO ? {COMPRESSED}"
+        sql = f"COPY (SELECT * FROM {source}) TO ? {compressed(columns)}"
         return rows_of(sql, literal_path(path), str(target.absolute()))
 
     _first_way(path, columns, delimiter, ["BIGINT", "DOUBLE", "VARCHAR"], run)
@@ -162,8 +162,8 @@ def write_csv(path: Path, names: Sequence[str], arrays: Sequence[NDArray[Any]]) 
 _FORMAT = "(FORMAT csv, HEADER true, USE_TMP_FILE false)"
 
 
-def join_csv(parts: Sequence[Path], out: Path, names: Sequence[str]) -> None:
-    """Write some columns of Parquet files, one file after the other, as a CSV file.
+def join_csv(parts: Sequence[Path], out: Path, names: Sequence[str], *, mixed: bool) -> None:
+    """Write some columns of Parquet files, one file after the other, as CSV, as ``join_parquet`` does.
 
     Raises:
         DatabaseError: A part cannot be read.
@@ -173,7 +173,11 @@ def join_csv(parts: Sequence[Path], out: Path, names: Sequence[str]) -> None:
     kinds = dict(zip(table.names, table.kinds, strict=True))
     chosen = ", ".join(_field(quoted(name), quoted(name), kinds[name]) for name in names)
     files = [literal_path(part) for part in parts]
-    rows_of(f"COPY (SELECT {chosen} FROM {READ}) TO ? {_FORMAT}", files, str(out.absolute()))
+    rows_of(
+        f"COPY (SELECT {chosen} FROM {files_source(mixed=mixed)}) TO ? {_FORMAT}",
+        files,
+        str(out.absolute()),
+    )
 
 
 def _field(column: str, name: str, kind: str) -> str:

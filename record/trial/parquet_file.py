@@ -11,14 +11,32 @@ from numpy.typing import NDArray
 from model.errors import RecordError
 from record.trial.database import arrays_of, filled, literal_path, quoted, rows_of, write
 
-GROUP_ROWS = 10_240  # rows that are in memory at once while a file is written
-READ = "read_parquet(?, hive_partitioning=false, union_by_name=true)"
-COMPRESSED = f"(FORMAT parquet, COMPRESSION zstd, ROW_GROUP_SIZE {GROUP_ROWS}, USE_TMP_FILE false)"
+GROUP_ROWS, WIDE_GROUP_ROWS, WIDE = 10_240, 4_096, 128  # rows; columns of a wide table
 INTEGERS = frozenset(
     {"TINYINT", "SMALLINT", "INTEGER", "BIGINT", "UTINYINT", "USMALLINT", "UINTEGER"}
 )
 NUMBERS = ("FLOAT", "DOUBLE", "DECIMAL", "UBIGINT", "HUGEINT", '"NULL"')
 PADDING = 20_000  # bytes; a text of 2^14 to 2^21 bytes has a length of three bytes in the file
+
+
+def rows_at_once(columns: int) -> int:
+    """Return how many rows are in memory at once while a file is written."""
+    return GROUP_ROWS if columns <= WIDE else WIDE_GROUP_ROWS
+
+
+def compressed(columns: int) -> str:
+    """Return the options of COPY for a usual file."""
+    rows = rows_at_once(columns)
+    return f"(FORMAT parquet, COMPRESSION zstd, ROW_GROUP_SIZE {rows}, USE_TMP_FILE false)"
+
+
+def files_source(*, mixed: bool) -> str:
+    """Return SQL that reads a list of files one after the other.
+
+    Args:
+        mixed: A column may be of integers in one and of floats in another; takes more memory.
+    """
+    return f"read_parquet(?, hive_partitioning=false, union_by_name={mixed})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +118,7 @@ def _top_level(schema: Sequence[tuple[Any, ...]]) -> Iterator[tuple[str, str]]:
 
 
 def write_parquet(
-    path: Path, names: Sequence[str], arrays: Sequence[NDArray[Any]], how: str = COMPRESSED
+    path: Path, names: Sequence[str], arrays: Sequence[NDArray[Any]], how: str = ""
 ) -> None:
     """Write columns at once.
 
@@ -108,7 +126,7 @@ def write_parquet(
         path: The file.
         names: Names of the columns.
         arrays: Their values, (T,) each; objects are written as texts.
-        how: Options of COPY.
+        how: Options of COPY; the usual ones if empty.
 
     Raises:
         RecordError: Two names differ in nothing but upper and lower case.
@@ -120,21 +138,26 @@ def write_parquet(
         f"{_kept(column, values)} AS {quoted(name)}"
         for name, (column, values) in zip(names, inputs.items(), strict=True)
     )
-    write(f"COPY (SELECT {chosen} FROM arrays) TO ? {how}", inputs, str(path.absolute()))
+    options = how or compressed(len(names))
+    write(f"COPY (SELECT {chosen} FROM arrays) TO ? {options}", inputs, str(path.absolute()))
 
 
-def join_parquet(
-    parts: Sequence[Path], out: Path, names: Sequence[str], how: str = COMPRESSED
-) -> None:
+def join_parquet(parts: Sequence[Path], out: Path, names: Sequence[str], *, mixed: bool) -> None:
     """Write some columns of Parquet files, one file after the other, into a new file.
+
+    Args:
+        parts: The files.
+        out: The new file.
+        names: The columns.
+        mixed: A column may be of integers in one and of floats in another.
 
     Raises:
         DatabaseError: A part cannot be read.
         OSError: The file cannot be written.
     """
-    chosen = ", ".join(map(quoted, names))
+    chosen = f"SELECT {', '.join(map(quoted, names))} FROM {files_source(mixed=mixed)}"
     files = [literal_path(part) for part in parts]
-    rows_of(f"COPY (SELECT {chosen} FROM {READ}) TO ? {how}", files, str(out.absolute()))
+    rows_of(f"COPY ({chosen}) TO ? {compressed(len(names))}", files, str(out.absolute()))
 
 
 def write_even_parquet(path: Path, names: Sequence[str], arrays: Sequence[NDArray[Any]]) -> None:

@@ -12,11 +12,15 @@ from numpy.typing import NDArray
 from model.errors import RecordError
 from record.trial.csv_file import join_csv, write_csv
 from record.trial.database import DatabaseError
-from record.trial.parquet_file import join_parquet, parquet_table, write_even_parquet, write_parquet
+from record.trial.parquet_file import (
+    join_parquet,
+    parquet_table,
+    rows_at_once,
+    write_even_parquet,
+    write_parquet,
+)
 from record.trial.table_file import TableColumn, check_suffix
 from record.whole_file import whole_file
-
-BLOCK_ROWS = 10_000  # in memory at once: a table may be larger than what memory there is
 
 
 class TableWriter:
@@ -32,6 +36,7 @@ class TableWriter:
         self._held: list[Sequence[TableColumn]] = []
         self._held_rows = 0
         self._parts: list[Path] = []
+        self._kinds: set[tuple[np.dtype[Any], ...]] = set()
 
     def write(self, columns: Sequence[TableColumn]) -> None:
         """Write the next rows; every block has the same columns."""
@@ -39,7 +44,7 @@ class TableWriter:
         self._held.append(columns)
         self._held_rows += count
         self.rows += count
-        if self._held_rows >= BLOCK_ROWS:
+        if self._held_rows >= rows_at_once(len(columns)):
             self._put_away()
 
     def _names(self) -> list[str]:
@@ -54,7 +59,9 @@ class TableWriter:
     def _put_away(self) -> list[str]:
         names = self._names()
         part = self._folder / f"{len(self._parts)}.parquet"
-        write_parquet(part, names, self._arrays())
+        arrays = self._arrays()
+        self._kinds.add(tuple(values.dtype for values in arrays))
+        write_parquet(part, names, arrays)
         self._parts.append(part)
         self._held, self._held_rows = [], 0
         return names
@@ -66,15 +73,16 @@ class TableWriter:
         elif self._parts:
             if self._held:
                 self._put_away()
-            _join(self._parts, self._out, parquet_table(self._parts[0]).names)
+            names = parquet_table(self._parts[0]).names
+            _join(self._parts, self._out, names, mixed=len(self._kinds) > 1)
 
 
 def _write(out: Path, names: Sequence[str], arrays: Sequence[NDArray[Any]]) -> None:
     (write_csv if out.suffix == ".csv" else write_parquet)(out, names, arrays)
 
 
-def _join(parts: Sequence[Path], out: Path, names: Sequence[str]) -> None:
-    (join_csv if out.suffix == ".csv" else join_parquet)(parts, out, names)
+def _join(parts: Sequence[Path], out: Path, names: Sequence[str], *, mixed: bool) -> None:
+    (join_csv if out.suffix == ".csv" else join_parquet)(parts, out, names, mixed=mixed)
 
 
 @contextmanager
@@ -141,4 +149,4 @@ def copy_table(path: Path, out: Path, names: Sequence[str]) -> None:
         RecordError: The file cannot be written.
     """
     with _whole_table(out) as part:
-        _join([path], part, names)
+        _join([path], part, names, mixed=False)

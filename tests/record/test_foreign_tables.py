@@ -83,8 +83,8 @@ def test_a_table_in_many_blocks_is_one_table(tmp_path: Path) -> None:
 def test_an_integer_column_that_becomes_one_of_floats_is_not_rounded(tmp_path: Path) -> None:
     path = tmp_path / "ours.parquet"
     with table_writer(path) as writer:
-        writer.write([TableColumn("n", np.arange(10_000))])
-        writer.write([TableColumn("n", np.full(10_000, 0.5))])
+        writer.write([TableColumn("n", np.arange(20_000))])
+        writer.write([TableColumn("n", np.full(20_000, 0.5))])
     assert read_table(path).numbers("n")[-1] == 0.5
 
 
