@@ -201,11 +201,11 @@ class Estimator:
             shake = vibration.variance(shaking, answer, feet, self._record)
         measured = self._others(step.mean, inputs, answer, shake)
         if answer is not None and heard.use:
+            doubt = measure.doubt_of(expected - state.expected, dt_s, apart, settings)
             forces = measure.feet_stack(
                 measure.Belief(step.mean, covariance), heard.share, feet, loaded & ~dead, answer,
-                self.contact.mu, self._record,
+                self.contact.mu, self._record, doubt,
             )  # fmt: skip
-            measure.add_doubt(forces, expected - state.expected, dt_s, apart, settings)
             measured.insert(0, forces)
         used = self._correct(step.mean, covariance, measured, state, inputs.t_ns)
         mean, believed = used.mean, used.covariance

@@ -95,7 +95,7 @@ def blend_kernel(
     answered = True
     for k in range(count):
         for i in range(3):
-            answered = answered and np.isfinite(plain[k, i])
+            answered = answered and abs(plain[k, i]) < np.inf
     for i in range(2):
         share = min(max(agree[i] / (apart[i] + PRIOR), 0.0), 1.0)
         for k in range(count):
@@ -109,7 +109,7 @@ def blend_kernel(
         predicted[k, 2] = weight * filtered[k, 2]
         x, y = filtered[k, 0] - plain[k, 0], filtered[k, 1] - plain[k, 1]
         left, aside = measured[k, 0] - plain[k, 0], measured[k, 1] - plain[k, 1]
-        if fresh and np.isfinite(x + left) and np.isfinite(y + aside):
+        if fresh and abs(x + left) < np.inf and abs(y + aside) < np.inf:
             known = True
             square0, square1 = square0 + x * x, square1 + y * y
             product0, product1 = product0 + x * left, product1 + y * aside

@@ -123,7 +123,7 @@ def _distance(
     for i in range(first, end):
         total += variance[i]
         chosen[i - first] = i
-    if not np.isfinite(total):
+    if not abs(total) < np.inf:
         return np.inf
     if end - first == 1:
         one: float = innovation[first] * innovation[first] / variance[first]

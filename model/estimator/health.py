@@ -6,8 +6,8 @@ does not agree with the measurements, though the covariance covers it.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from math import atan, cos, degrees, hypot, log, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,8 +44,7 @@ LOG_RATIO = log(RATIO)
 LOAD_SHARE = 0.05  # of the weight, by which a foot may carry more or less in the mean
 
 
-@dataclass(frozen=True, slots=True)
-class HealthVerdict:
+class HealthVerdict(NamedTuple):
     """Health, the reason in words, and what the next step has to know of it.
 
     Attributes:
@@ -76,7 +75,7 @@ def balance(
     """
     if not (heard.fresh and heard.whole):
         return before.balance
-    x, y, _ = heard.share.sum(axis=0).tolist()
+    x, y, _ = np.add.reduce(heard.share).tolist()
     c, s = cos(mean[YAW]), sin(mean[YAW])
     *known, records = before.balance.tolist()
     count = records + 1.0

@@ -6,7 +6,6 @@ symmetric and positive definite, are settled here; nothing else in the program k
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from math import isfinite, log, tau
 from typing import NamedTuple
@@ -40,8 +39,7 @@ class MeasurementStack(NamedTuple):
     blocks: IntArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Updated:
+class Updated(NamedTuple):
     """Mean and covariance after a measurement, and how it fitted.
 
     Attributes:

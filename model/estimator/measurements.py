@@ -38,8 +38,11 @@ def feet_stack(
     model: Neighbourhood,
     mu: FloatArray,
     settings: Record,
+    doubt: FloatArray | None = None,
 ) -> MeasurementStack:
     """Stack the forces on the feet: the other arguments are those of ``feet_stack_kernel``.
+
+    ``doubt`` is that of ``doubt_of``; None for none.
 
     Loads tell of stiffness; friction of feet that clearly slip tells of the velocity, of log mu and of the
     common friction. The gauge says that log mu adds up to 0: what is common is a state of its own.
@@ -50,7 +53,8 @@ def feet_stack(
     gates, blocks = np.empty(most), np.empty((most, 3), dtype=np.int64)
     count, made = feet_stack_kernel(
         *belief, share, feet.position_m, feet.velocity_m_s, usable, model.rows,
-        model.sway_B, mu, settings, innovation, rows, variance, gates, blocks,
+        model.sway_B, mu, settings, np.zeros((legs, 3)) if doubt is None else doubt, innovation,
+        rows, variance, gates, blocks,
     )  # fmt: skip
     return MeasurementStack(
         innovation[:count], rows[:count], variance[:count], gates[:made], blocks[:made]
@@ -191,8 +195,8 @@ def _friction(
 def feet_stack_kernel(
     mean: FloatArray, covariance: FloatArray, share: FloatArray, position: FloatArray,
     velocity: FloatArray, usable: BoolArray, answer: FloatArray, sway: FloatArray, mu: FloatArray,
-    settings: Record, innovation: FloatArray, rows: FloatArray, variance: FloatArray,
-    gates: FloatArray, blocks: IntArray,
+    settings: Record, doubted: FloatArray, innovation: FloatArray, rows: FloatArray,
+    variance: FloatArray, gates: FloatArray, blocks: IntArray,
 ) -> tuple[int, int]:  # fmt: skip
     """Stack loads of all feet, friction of those that clearly slip, and the gauge.
 
@@ -210,6 +214,7 @@ def feet_stack_kernel(
         sway: Of ``Neighbourhood``, (2,) [m/s].
         mu: The robot file's friction coefficients, (N,).
         settings: Of ``record_of``.
+        doubted: Variance to be added to that of each force, (N, 3).
         innovation: Out: as in ``MeasurementStack``, with the next four; the rows are zero before.
         rows: Out.
         variance: Out.
@@ -229,7 +234,7 @@ def feet_stack_kernel(
             for j in range(count):
                 by_stiffness = answer[1 + count + j, 8 + 3 * k]
                 rows[at, FIXED + count + j] = by_stiffness / setting["weight_n"]
-            variance[at] = setting["load_sd"] ** 2
+            variance[at] = setting["load_sd"] ** 2 + doubted[k, 2]
             gates[block] = setting["gate_load"]
             blocks[block, 0], blocks[block, 1], blocks[block, 2] = at, LOAD, k
             at, block = at + 1, block + 1
@@ -252,6 +257,8 @@ def feet_stack_kernel(
                 mean, covariance, share[k], (ux, uy), (x, y), k, mu[k], turned, settings, at,
                 innovation, rows, variance,
             )  # fmt: skip
+            variance[at] += doubted[k, 0]
+            variance[at + 1] += doubted[k, 1]
             gates[block] = setting["gate_pair"]
             blocks[block, 0], blocks[block, 1], blocks[block, 2] = at, FORCE, k
             at, block = at + 2, block + 1
@@ -265,33 +272,25 @@ def feet_stack_kernel(
     return at + 1, block + 1
 
 
-def add_doubt(
-    stack: MeasurementStack,
-    change: FloatArray,
-    dt_s: float,
-    apart: Apart | None,
-    settings: EstimatorSettings,
-) -> None:
-    """Add to the noise of forces what tolerances do to loads, and what a wrong time does to all.
+def doubt_of(
+    change: FloatArray, dt_s: float, apart: Apart | None, settings: EstimatorSettings
+) -> FloatArray:
+    """Noise of forces by what tolerances do to loads, and a wrong time to all, (N, 3).
 
     Args:
-        stack: The measurement.
         change: Of the forces expected, over the weight, since the tick before, (N, 3).
         dt_s: Time since that tick [s].
         apart: What companions answered.
         settings: How late forces may be.
     """
-    doubt = np.zeros(change.shape)
+    doubt: FloatArray = np.zeros(change.shape)
     if dt_s > 0:
-        doubt += np.nan_to_num(settings.delay_sd / dt_s * change) ** 2
+        doubt = np.square(settings.delay_sd / dt_s * change)
+        doubt[np.isnan(doubt)] = 0.0
     if apart is not None:
         # one with an error up and one with it down: half the second moment is the variance of both
-        doubt[:, 2] += 0.5 * np.square(apart.load_share).sum(axis=0)
-    for first, kind, leg in stack.blocks.tolist():
-        if kind == LOAD:
-            stack.variance[first] += doubt[leg, 2]
-        elif kind == FORCE:
-            stack.variance[first : first + 2] += doubt[leg, :2]
+        doubt[:, 2] += 0.5 * np.add.reduce(np.square(apart.load_share))
+    return doubt
 
 
 def prepare() -> None:
@@ -299,5 +298,5 @@ def prepare() -> None:
     settings = record_of(EstimatorSettings(), 1.0)
     compile_for(
         feet_stack_kernel, *given(1, 2, 2, 2, 2), *given(1, kind=FLAG), *given(2, 1, 1), settings,
-        *out(1, 2, 1, 1), *out(2, kind=COUNT),
+        *given(2), *out(1, 2, 1, 1), *out(2, kind=COUNT),
     )  # fmt: skip

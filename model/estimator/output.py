@@ -125,6 +125,8 @@ def _spread(rows: FloatArray, covariance: FloatArray, settings: Record, spread: 
             for j in range(size):
                 half[i, j] = 0.0
             for other in range(size):  # outside, so that rows of numbers are added at once
+                if by[i, other] == 0.0:  # of feet in the air, and of friction for a load
+                    continue
                 for j in range(size):
                     half[i, j] += by[i, other] * covariance[SCALE + other, SCALE + j]
         for i in range(3):

@@ -178,6 +178,8 @@ def walk_kernel(
         bent = 0.0
         for j in range(parameters):
             to[3 + i, fixed + j] = (1.0 - lag) * slopes[j, i]
+            if slopes[j, i] == 0.0:  # of a foot in the air
+                continue
             for k in range(parameters):
                 bent += slopes[j, i] * covariance[fixed + j, fixed + k] * slopes[k, i]
         if i < 2:

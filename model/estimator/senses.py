@@ -1,8 +1,8 @@
 """What a tick's sensors amount to: forces on a scale, contact, standstill, silent encoders, a wrong IMU."""
 
-from dataclasses import dataclass
 from functools import cache
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,8 +13,7 @@ from model.values.estimate import NEVER, EstimatorState, OdometryInputs
 from model.values.legs import FootMotion
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Heard:
+class Heard(NamedTuple):
     """Forces of a tick.
 
     Attributes:

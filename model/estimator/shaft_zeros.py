@@ -152,7 +152,7 @@ def evidence_kernel(
     legs, both = shaft_rad_s.size, pull.size
     half = apart.shape[0] // 2
     for k in range(legs):
-        if not np.isfinite(share[k, 2] - expected[k, 2]):
+        if not abs(share[k, 2] - expected[k, 2]) < np.inf:
             return -1.0
     keep = np.exp(-EVERY * RECORD_S / MEMORY_S)
     for i in range(both):
@@ -166,7 +166,7 @@ def evidence_kernel(
         for i in range(legs):
             row[i] = 0.5 * (apart[i, k] - apart[half + i, k])
             slope = 0.0  # of height over the shaft's angle; not known while it rests
-            if abs(shaft_rad_s[i]) > LEAST_RATE_RAD_S and np.isfinite(speed_m_s[i, 2]):
+            if abs(shaft_rad_s[i]) > LEAST_RATE_RAD_S and abs(speed_m_s[i, 2]) < np.inf:
                 slope = speed_m_s[i, 2] / shaft_rad_s[i]
             row[legs + i] = row[i] * (slope / LENGTH_M)
         for i in range(both):

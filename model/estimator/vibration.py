@@ -156,14 +156,14 @@ def variance_kernel(
             slipping += slip[k, 0] ** 2 + slip[k, 1] ** 2
     span, slipping = span / carried, slipping / carried
     turning = max(turn_change - setting["gyro_sd"] ** 2, 0.0)
-    if np.isfinite(force[0]) and np.isfinite(force[1]) and np.isfinite(force[2]):
+    if abs(force[0]) < np.inf and abs(force[1]) < np.inf and abs(force[2]) < np.inf:
         push = (standard_gravity * setting["vibration_s"]) ** 2
         for i in range(3):
             noise = setting["force_white_sd"] ** 2 * (wide if i == 2 else float(count))
             added[i] = max(change[i] - noise, 0.0) * push
         # the mass lies about as far out as the feet
         added[2] = max(added[2] / span**2, turning)
-    elif np.isfinite(turn):  # about one of the feet
+    elif abs(turn) < np.inf:  # about one of the feet
         added[0] = added[1] = 0.5 * span * turning
         added[2] = turning
     else:
