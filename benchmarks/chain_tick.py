@@ -9,13 +9,13 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from benchmarks.timing import each
 from drivers.ati.foot_forces import no_forces
 from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frame import prepare, solve_frame
 from model.values.arrays import FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import JointState
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.control.estimator_stage import estimator_stage
@@ -45,7 +45,7 @@ def joint_states(config: RobotConfig) -> list[JointState]:
 def measure(config: RobotConfig) -> tuple[float, ...]:
     """Return medians of kinematics, Jacobian, model, and all of a tick with the estimator [us]."""
     robot = config.parameters
-    legs, weight_n = leg_kinematics(robot), robot.body.mass * standard_gravity
+    legs, weight_n = leg_kinematics(robot), robot.body.mass * STANDARD_GRAVITY
     stage, silent = estimator_stage(config, legs), no_forces(robot.legs.count)
     prepare()
     states, memory = joint_states(config), stage.initial()

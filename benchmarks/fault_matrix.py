@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from benchmarks.fault_cases import CASES, FLIPPED, Case
 from drivers.dynamixel.units import TICKS_PER_TURN
 from model.errors import BusError, ForceStreamError, RecordError
 from model.values.arrays import FloatArray
 from model.values.faults import FaultKind, StopReason
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import JointCommand
 from model.values.tick import Intent, Mode, Request, Tick
 from robot.config.robot_file import RobotConfig, parse_robot
@@ -165,7 +165,7 @@ class _WatchedBench(BenchWorld):
     """The bench, and where its shafts truly were."""
 
     def __init__(self, firmware: FirmwareBank, config: RobotConfig) -> None:
-        weight_n = config.parameters.body.mass * standard_gravity
+        weight_n = config.parameters.body.mass * STANDARD_GRAVITY
         super().__init__(firmware, config.servo_bus.zeros, weight_n)
         self.shafts: list[tuple[int, FloatArray]] = []
 

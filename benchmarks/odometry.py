@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
-from scipy.constants import g as standard_gravity
 
 from benchmarks.odometry_walks import GAITS, JUDGED_SEEDS, log_of, plant_of
 from model.estimator import process
@@ -22,6 +21,7 @@ from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray, known_mean, root_mean_square
 from model.values.estimate import BIAS, FIXED, SCALE, VELOCITY, OdometryInputs
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.parameters import ContactParameters
 from record.log.blocks.read import read_log
 from record.log.reader import read_stamped_ticks
@@ -89,7 +89,7 @@ def _force_ratio(tracked: TrackedLog, predicted: FloatArray) -> list[float]:
     kinematics = leg_kinematics(robot)
     feet = kinematics.feet(log.angle_rad[late], log.rate_rad_s[late])
     solved = solve_frames(
-        feet, fitted.contact, robot.body.mass * standard_gravity, law=FrictionLaw.COULOMB
+        feet, fitted.contact, robot.body.mass * STANDARD_GRAVITY, law=FrictionLaw.COULOMB
     )
     offline = np.concatenate([solved.force_xy_B, solved.load_n[..., None]], axis=2)
     true = log.truth_force_n[late]
@@ -173,7 +173,7 @@ def steps(count: int = 1_000_000) -> None:
 def ukf(folder: Path, seed: int = 901, ticks: int = 600) -> None:
     """filterpy's unscented filter on the same model and noise, offline, beside the EKF."""
     config = load_robot()
-    robot, weight_n = config.parameters, config.parameters.body.mass * standard_gravity
+    robot, weight_n = config.parameters, config.parameters.body.mass * STANDARD_GRAVITY
     kinematics = leg_kinematics(robot)
     for gait in GAITS:
         path = log_of(folder, gait, seed)

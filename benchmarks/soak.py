@@ -23,12 +23,12 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from benchmarks.fault_cases import FLIPPED
 from benchmarks.soak_witness import Findings, MarkedBench, Witness
 from model.errors import BusError, ForceStreamError
 from model.values.faults import StopReason
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.tick import Intent, Request, Tick
 from robot.config.robot_file import RobotConfig, parse_robot
 from robot.console.arguments import DEFAULT_ROBOT_FILE
@@ -146,7 +146,7 @@ def _one_run(
     )
     # an adapter that holds answers back for a period or more leaves no time for a loop at this rate
     slow = scenario.adapter.latency_timer_s >= 1.0 / config.loop.rate_hz
-    weight_n = config.parameters.body.mass * standard_gravity
+    weight_n = config.parameters.body.mass * STANDARD_GRAVITY
     worlds: list[MarkedBench] = []
 
     def make(firmware: FirmwareBank) -> MarkedBench:

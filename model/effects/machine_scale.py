@@ -12,11 +12,11 @@ from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from model.effects.catalogue import EFFECTS, ChainEffect
 from model.effects.causes import Parameter
 from model.kinematics.legs import reach_m
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.parameters import LegGeometry, LegParameters
 
 
@@ -50,7 +50,7 @@ POWERS = {
 def size_of(mass_kg: float, legs: LegParameters, leg: LegGeometry) -> RobotSize:
     """Return the size of a robot; all its legs have the same geometry."""
     shaft = float(np.abs(legs.shaft_position[:, 0]).max())
-    return RobotSize(mass_kg * standard_gravity, shaft + reach_m(leg))
+    return RobotSize(mass_kg * STANDARD_GRAVITY, shaft + reach_m(leg))
 
 
 @lru_cache

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from model.effects.grid import TWIST_WINDOW_S, Grid
 from model.effects.machine import LeggedMachine
@@ -11,6 +10,7 @@ from model.effects.settings import Settings
 from model.motion.se2 import turned
 from model.traction.frames import Inertia, Pushes, TractionSolver, solve_traction_frames
 from model.values.arrays import FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 
 # A body that friction mu M g holds at this slip takes its time constant to follow.
 INERTIA_SLIP_M_S = 0.02
@@ -49,7 +49,7 @@ def weight_and_centre(machine: LeggedMachine, settings: Settings) -> tuple[float
     for (rider_kg,), (x,), (y,) in settings.apart("payload"):
         mass += rider_kg
         moment = moment + rider_kg * np.array([x, y])
-    return mass * standard_gravity, moment / mass
+    return mass * STANDARD_GRAVITY, moment / mass
 
 
 def gradient(settings: Settings, world: FloatArray) -> FloatArray:

@@ -9,7 +9,6 @@ never of the very moment of the tick.
 from math import isfinite
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from model.compiled import NUMBER, compile_for, compiled, given, out
 from model.estimator.neighbourhood import Neighbourhood
@@ -17,6 +16,7 @@ from model.estimator.senses import Heard
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import EstimatorState, OdometryInputs, Vibration
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootMotion
 
 MEMORY_S = 0.3
@@ -157,7 +157,7 @@ def variance_kernel(
     span, slipping = span / carried, slipping / carried
     turning = max(turn_change - setting["gyro_sd"] ** 2, 0.0)
     if abs(force[0]) < np.inf and abs(force[1]) < np.inf and abs(force[2]) < np.inf:
-        push = (standard_gravity * setting["vibration_s"]) ** 2
+        push = (STANDARD_GRAVITY * setting["vibration_s"]) ** 2
         for i in range(3):
             noise = setting["force_white_sd"] ** 2 * (wide if i == 2 else float(count))
             added[i] = max(change[i] - noise, 0.0) * push

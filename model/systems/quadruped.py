@@ -5,11 +5,11 @@ order low pass on the predicted velocity stands in for the body's mass.
 """
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from model.systems.foot_path import walk
 from model.systems.system import RATE_HZ, System, box, equal_contacts
 from model.values.arrays import FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 
 FRAMES, CYCLES = 921, 9.0  # the paper's recording
 FREQUENCY_HZ = CYCLES * RATE_HZ / FRAMES
@@ -43,7 +43,7 @@ def quadruped(frames: int = FRAMES) -> System:
         time_s=time_s,
         feet=walk(rest, phase, FREQUENCY_HZ, stroke_m=0.16, lift_m=0.05, duty=0.55),
         contact=equal_contacts(4, STIFFNESS_N_M, MU),
-        weight_n=MASS_KG * standard_gravity,
+        weight_n=MASS_KG * STANDARD_GRAVITY,
         low_pass=LOW_PASS,
         outline_B=box(BODY_LENGTH_M, BODY_WIDTH_M),
         hips_B=np.column_stack([HIP_X_M * AHEAD, HIP_Y_M * LEFT]),

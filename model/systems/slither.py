@@ -6,11 +6,11 @@ it adds traction. The body frame sits at the centre of mass with the mean headin
 """
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from model.errors import ModelError
 from model.systems.system import System, equal_contacts, even_times
 from model.values.arrays import FloatArray, readonly
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootMotion
 
 FEWEST_CONTACTS = 4
@@ -56,7 +56,7 @@ def slither(contacts: int = 16, *, cycles: float = 4.0, across: float = 3.0) -> 
         time_s=time_s,
         feet=feet,
         contact=equal_contacts(contacts, STIFFNESS_N_M, MU),
-        weight_n=MASS_KG * standard_gravity,
+        weight_n=MASS_KG * STANDARD_GRAVITY,
         anisotropy_B=readonly(across * normal),
     )
 

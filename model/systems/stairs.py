@@ -7,7 +7,6 @@ are solved one by one, unlike on level ground where they could be solved in any 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from model.errors import ModelError
 from model.motion.se2 import compose, exponential, turned
@@ -15,6 +14,7 @@ from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.systems.foot_path import walk
 from model.systems.system import RATE_HZ, System, box, equal_contacts, even_times
 from model.values.arrays import FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootMotion
 
 FREQUENCY_HZ = 0.5
@@ -98,7 +98,7 @@ def climb(
     phase = FREQUENCY_HZ * time_s[:, None] - DELAY
     feet = walk(rest, phase, FREQUENCY_HZ, stroke_m=0.10, lift_m=0.07, duty=0.6)
     contact = equal_contacts(6, STIFFNESS_N_M, MU)
-    weight_n = MASS_KG * standard_gravity
+    weight_n = MASS_KG * STANDARD_GRAVITY
     ground = np.zeros((len(time_s), 6))
     pose = np.zeros(3)
     for frame in range(len(time_s)):

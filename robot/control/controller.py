@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from drivers.ati.calibration import Calibration
 from drivers.ati.foot_forces import ForceScales, no_forces
@@ -24,6 +23,7 @@ from model.quasistatic.frame import prepare, solve_frame
 from model.values.arrays import readonly
 from model.values.contact import ContactSolution, no_contact
 from model.values.faults import Fault, FaultKind, StopReason
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootMotion, JointCommand, no_feet
 from model.values.readings import silent_readings
 from model.values.tick import DeadReckoning, Inputs, Mode, Tick
@@ -91,7 +91,7 @@ class Controller:
         self.book = GaitBook.of(gaits, robot.servo)
         self._scales = ForceScales(calibrations, config.force_sensor)
         self._no_forces = no_forces(robot.legs.count)
-        self._weight_n = robot.body.mass * standard_gravity
+        self._weight_n = robot.body.mass * STANDARD_GRAVITY
         self._sensors = tuple(number > 0 for number in config.force_sensor.transducers.tolist())
         self._nothing = readonly(np.full(robot.legs.count, np.nan))
         self._effects = model_of(config)

@@ -8,7 +8,6 @@ estimator with the effects built in, and its derivatives and noise stay what the
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from model.effects.causes import Cause
 from model.effects.frame import FrameAnswer, FrameModel
@@ -18,6 +17,7 @@ from model.motion.dead_reckoning import advance
 from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray
 from model.values.estimate import AddedByEffects
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootForces
 from model.values.tick import DeadReckoning
 from robot.config.robot_file import RobotConfig
@@ -147,7 +147,7 @@ def _as_the_estimator_has_it(
 ) -> LeggedMachine:
     """The robot as the estimator's own model has it: its feet, its weight, and nothing else added."""
     kept = tuple(one for one in machine.effects if one.effect in OF_THE_FEET)
-    bare = replace(machine, mass_kg=weight_n / standard_gravity, effects=kept)
+    bare = replace(machine, mass_kg=weight_n / STANDARD_GRAVITY, effects=kept)
     return _with_law(bare, law)
 
 

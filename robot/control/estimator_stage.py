@@ -6,7 +6,6 @@ Pure like the step it belongs to: all that it remembers goes in and comes out.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from model.errors import ConfigError
 from model.estimator.filter import Estimator
@@ -17,6 +16,7 @@ from model.motion.se2 import aligning, compose, yaw_of
 from model.motion.shaft_speed import ShaftSpeeds
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import POSE, Estimate, OdometryInputs
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootForces, JointState
 from model.values.parameters import RobotParameters
 from model.values.readings import ImuRecord, PoseRecord
@@ -71,7 +71,7 @@ class EstimatorStage:
         self._memory_s = config.memory
         self._kinematics = kinematics
         self._effects = effects
-        weight_n = robot.body.mass * standard_gravity
+        weight_n = robot.body.mass * STANDARD_GRAVITY
         if effects is not None:
             weight_n = effects.weight_n
         self._estimator = Estimator(robot.contact, weight_n, config.settings, robot.legs.names)

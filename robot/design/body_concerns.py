@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from model.values.arrays import FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.parameters import BodyParameters, ContactParameters
 from robot.design.concern import Concern, warning
 
@@ -89,11 +89,11 @@ def contact_concerns(
         leg_m: Farthest that a foot comes from its shaft.
     """
     standing = np.minimum(3, len(names))
-    sink = body.mass * standard_gravity / standing / contact.stiffness
+    sink = body.mass * STANDARD_GRAVITY / standing / contact.stiffness
     worst = int(sink.argmax())
     # a third of the leg's length below itself is no leg any more
     if sink[worst] > leg_m / 3:
-        wanted = body.mass * standard_gravity / standing / (0.07 * leg_m)
+        wanted = body.mass * STANDARD_GRAVITY / standing / (0.07 * leg_m)
         yield warning(
             "units" if sink[worst] > leg_m else "too soft", "contact.stiffness",
             f"with a third of the weight on it, leg {names[worst]} sinks by {_length(sink[worst])}, and is "

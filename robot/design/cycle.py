@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from gaits.gait import Gait, ShaftMotion
 from model.kinematics.legs import leg_kinematics
@@ -11,6 +10,7 @@ from model.quasistatic.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.support.static_margin import StaticMargin, static_margin
 from model.traction.forced_slip import ForcedSlip, forced_slip
 from model.values.arrays import BoolArray, FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootMotion
 from model.values.parameters import RobotParameters
 
@@ -76,7 +76,7 @@ def walk_cycle(
     legs = leg_kinematics(robot)
     feet = legs.feet(shafts.angle_rad, shafts.slope * frequency)
     answer = solve_frames(
-        feet, robot.contact, robot.body.mass * standard_gravity, law=FrictionLaw.COULOMB
+        feet, robot.contact, robot.body.mass * STANDARD_GRAVITY, law=FrictionLaw.COULOMB
     )
     place = feet.position_m
     slope_x, slope_y, height = (answer.pose[:, i, None] for i in range(3))

@@ -4,12 +4,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from gaits.gait import Gait
 from gaits.limits import gait_peaks
 from model.support.static_margin import static_margin
 from model.values.arrays import FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.parameters import RobotParameters, names_of
 from robot.design.cycle import GaitCycle, most_torque, swing_share, walk_cycle
 from robot.design.motors import duty_of, motor_line
@@ -132,7 +132,7 @@ def walk_gait(robot: RobotParameters, gait: Gait, frequency_hz: float | None = N
     worst = min(cycles, key=lambda one: one.margin.margin_m.min())
     at = int(worst.margin.margin_m.argmin())
     answer = straight.answer
-    weight = robot.body.mass * standard_gravity
+    weight = robot.body.mass * STANDARD_GRAVITY
     torque = np.abs([one.torque_nm for one in cycles])
     most = np.array([most_torque(one, robot.contact.mu) for one in cycles])
     lift = _lift(straight)

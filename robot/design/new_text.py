@@ -5,12 +5,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from drivers.dynamixel.servo_model import ServoModel
 from gaits.gait import leg_sides
 from model.kinematics.four_bar import linkage_pose
 from model.values.arrays import FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.parameters import FourBarParameters, LegParameters
 
 FOUR_BAR, CRANK = "four_bar", "crank"
@@ -102,7 +102,7 @@ def robot_text(new: NewRobot) -> str:
     """Return the text of a robot file."""
     names, feet = places(new)
     shafts = feet - [foot_offset_m(new), 0.0]
-    count, weight = new.legs, new.mass_kg * standard_gravity
+    count, weight = new.legs, new.mass_kg * STANDARD_GRAVITY
     stiffness = float(f"{weight / 3 / (SINK_SHARE * new.leg_length_m):.2g}")
     legs = LegParameters(names, np.column_stack([shafts, np.zeros(count)]))
     sink = f"{100 * SINK_SHARE:.0f} % of the leg's length under a third of the weight"

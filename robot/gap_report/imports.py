@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from gap.interfaces import DataFault
 from model.errors import BigantError, ConfigError, RecordError
@@ -15,6 +14,7 @@ from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frame import solve_frame
 from model.values.arrays import FloatArray
 from model.values.estimate import Estimate
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootMotion
 from model.values.tick import Tick
 from record.log.from_trial import left_out, write_trial_log
@@ -137,7 +137,7 @@ def reckoned(trial: Trial) -> FloatArray:
         raise RecordError(f"a clock is aligned by the robot's model: {NO_ROBOT}")
     robot = parse_robot(trial.header.robot_text).parameters
     feet = leg_kinematics(robot).feet(trial.shaft_rad, trial.shaft_rad_s)
-    weight_n = robot.body.mass * standard_gravity
+    weight_n = robot.body.mass * STANDARD_GRAVITY
     frames = zip(feet.position_m, feet.velocity_m_s, strict=True)
     motion = np.full((len(trial.time_s), 4), np.nan)
     for row, (places, speeds) in zip(motion, frames, strict=True):

@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from model.errors import RecordError
 from model.kinematics.legs import leg_kinematics
@@ -12,6 +11,7 @@ from model.motion.se2 import aligning, compose, integrate
 from model.motion.shaft_speed import agreed_over
 from model.quasistatic.frame import solve_frame
 from model.values.arrays import BoolArray, FloatArray, root_mean_square
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
 from model.values.tick import DeadReckoning, Mode
@@ -230,7 +230,7 @@ def _model(
     rate = agreed_over(t_ns, angle, log.rate_rad_s[span])
     if effects is None:
         feet = leg_kinematics(robot).feet(angle, rate)
-        return feet, *_solved(feet, robot.contact, robot.body.mass * standard_gravity)
+        return feet, *_solved(feet, robot.contact, robot.body.mass * STANDARD_GRAVITY)
     position, speed, force = np.full((3, *log.force_n[span].shape), np.nan)
     velocity = np.full((len(t_ns), 3), np.nan)
     where = DeadReckoning(int(t_ns[0]), np.zeros(2), 0.0, np.full(3, np.nan), valid=False)

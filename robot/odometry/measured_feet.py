@@ -1,12 +1,12 @@
 """Measured joints of a log, or any feet, as a system that the model can be run on."""
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from model.errors import ConfigError, ModelError
 from model.kinematics.legs import leg_kinematics
 from model.systems.system import System
 from model.values.arrays import FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootMotion
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
@@ -32,7 +32,7 @@ def system_of_feet(feet: FootMotion, config: RobotConfig, time_s: FloatArray) ->
         time_s=time_s,
         feet=feet,
         contact=robot.contact,
-        weight_n=robot.body.mass * standard_gravity,
+        weight_n=robot.body.mass * STANDARD_GRAVITY,
     )
 
 

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from gaits.catalog import make_gait
 from model.errors import ConfigError
@@ -12,6 +11,7 @@ from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frames import FrictionLaw
 from model.systems import disk, multipod, quadruped, slither, stairs
 from model.systems.system import System, even_times
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.parameters import RobotParameters
 from robot.config.gait_file import with_gait
 from robot.config.robot_file import load_robot
@@ -98,7 +98,7 @@ def bigant(robot: RobotParameters, robot_name: str, gait_name: str, cycles: floa
         time_s=time_s,
         feet=feet,
         contact=robot.contact,
-        weight_n=robot.body.mass * standard_gravity,
+        weight_n=robot.body.mass * STANDARD_GRAVITY,
         outline_B=np.array([high, [low[0], high[1]], low, [high[0], low[1]]]),
         hips_B=hips,
     )

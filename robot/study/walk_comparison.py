@@ -9,7 +9,6 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
@@ -20,6 +19,7 @@ from model.motion.se2 import integrate
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.traction.force_scale import force_scale
 from model.values.arrays import BoolArray, FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
 from model.values.tick import Mode
@@ -122,7 +122,7 @@ def compare_walk(log: Recording) -> WalkComparison:
     t_s = log.t_s[walking]
     start = np.array([*log.truth_position_W[walking[0], :2], tilt[0, 2]])
     start = np.where(np.isfinite(start), start, 0.0)
-    weight_n = config.parameters.body.mass * standard_gravity
+    weight_n = config.parameters.body.mass * STANDARD_GRAVITY
     contact = config.parameters.contact
     force = log.truth_force_n[walking] if log.has_truth else log.force_n[walking]
     viscous, viscous_us = _solve(feet, contact, weight_n, FrictionLaw.VISCOUS)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.constants import g
 
 from gap.interfaces import Cause, Drive
 from model.effects.grid import make_grid, place
@@ -11,6 +10,7 @@ from model.effects.shafts import feet
 from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootMotion
 from tests.gap.predictions import COULOMB, ML, Prediction, inside
 from tests.gap.walks import cause, command_trial, machine, walk
@@ -129,8 +129,8 @@ def test_loads_gather_about_the_centre_of_mass(drive: Drive) -> None:
 def test_a_payload_weighs_where_it_sits(drive: Drive) -> None:
     trial = walk("metachronal", 0.2, 6.0)
     got = Prediction(trial, [cause("payload", 1.0, 0.1, -0.05)], drive)
-    assert np.allclose(got["force_z"].sum(axis=1), WEIGHT + g, rtol=1e-6)
-    expected = np.array([0.1, -0.05]) * g / (WEIGHT + g)
+    assert np.allclose(got["force_z"].sum(axis=1), WEIGHT + STANDARD_GRAVITY, rtol=1e-6)
+    expected = np.array([0.1, -0.05]) * STANDARD_GRAVITY / (WEIGHT + STANDARD_GRAVITY)
     assert np.allclose(inside(load_centre(got)), expected, atol=2e-4)
 
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.constants import g as standard_gravity
 
 from model.estimator import vibration
 from model.estimator.filter import Estimator
@@ -14,6 +13,7 @@ from model.estimator.senses import Heard
 from model.estimator.settings import EstimatorSettings, record_of
 from model.values.arrays import FloatArray
 from model.values.estimate import FIXED, VELOCITY, EstimatorState, OdometryInputs
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootMotion
 from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, feet_at, run, simulate
 
@@ -62,7 +62,7 @@ def shaken(x: float, turn: float, hz: float) -> Callable[[float], FloatArray]:
 
     def share(t_s: float) -> FloatArray:
         beat = 2 * np.pi * hz
-        swing = np.sqrt(2) * beat * np.cos(beat * t_s) / standard_gravity  # acceleration over g
+        swing = np.sqrt(2) * beat * np.cos(beat * t_s) / STANDARD_GRAVITY  # acceleration over g
         forces = np.zeros((6, 3))
         forces[:, 2] = 1 / 6
         forces[:, 0] += swing * x / 6

@@ -7,10 +7,10 @@ stays stable), and dry friction takes at most what would stop the shaft within t
 from typing import NamedTuple
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from model.compiled import compiled
 from model.values.arrays import FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 
 UNLIMITED_RAD_S = 100.0
 SUBSTEP_S = 0.002
@@ -107,7 +107,7 @@ def run_motor(
                 out[i, 0] = shaft
                 out[i, 1] = duty
                 out[i, 2] = (duty * p.supply_v - kt * speed) / resistance
-            load = -p.load_kg_m * standard_gravity * np.sin(shaft)
+            load = -p.load_kg_m * STANDARD_GRAVITY * np.sin(shaft)
             motor = kt * duty * p.supply_v / resistance
             free = (speed + dt / inertia * (motor + load)) / (1.0 + dt / inertia * damping)
             dry = p.coulomb_nm + p.load_friction * abs(load)

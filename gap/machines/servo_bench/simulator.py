@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from gap.data.check import check_trial
 from gap.data.even_grid import EvenTrial, even_trial
@@ -32,6 +31,7 @@ from gap.machines.servo_bench.motions import propose_motions
 from model.effects.causes import at_every_joint, joint_by_joint
 from model.motion.filters import at_times, lagged, play
 from model.values.arrays import FloatArray, readonly
+from model.values.gravity import STANDARD_GRAVITY
 from record.trial.trial import Trial
 
 TRIALS_REMEMBERED = 128
@@ -181,7 +181,7 @@ def _run(even: EvenTrial, at: int, joint: ServoJoint, p: ServoNumbers) -> FloatA
         out[:, 0] = target
     else:
         out = k.run_motor(target, even.period_s, start, 0.0, p)
-    gravity = -p.load_kg_m * standard_gravity * np.sin(out[:, 0])
+    gravity = -p.load_kg_m * STANDARD_GRAVITY * np.sin(out[:, 0])
     load = np.where(np.isfinite(torque), torque, gravity)
     out[:, 0] += p.droop_rad_nm * load
     if joint.ideal:

@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 import tomlkit
-from scipy.constants import g as standard_gravity
 
 from gap.data.columns import Sign, faults_of
 from gap.data.even_grid import even_times, on_times
@@ -24,6 +23,7 @@ from model.errors import ConfigError, GapError
 from model.motion.filters import at_times
 from model.parameters.tables import parse_table
 from model.values.arrays import FloatArray, readonly
+from model.values.gravity import STANDARD_GRAVITY
 from record.trial.trial import Trial
 
 WINDOW_S = 0.08
@@ -72,7 +72,7 @@ class Slide:
 @compiled
 def _friction(v: FloatArray, law: SlidingLaw) -> FloatArray:
     speed = np.sqrt(v[0] * v[0] + v[1] * v[1])
-    level = law.mu * max(1.0 + law.per_m_s * speed, 0.0) * standard_gravity
+    level = law.mu * max(1.0 + law.per_m_s * speed, 0.0) * STANDARD_GRAVITY
     if law.coulomb:
         level = level / max(speed, 1e-9)
     pull: FloatArray = -level * v
@@ -89,11 +89,11 @@ def _coast(frames: int, dt: float, start: FloatArray, law: SlidingLaw) -> FloatA
     for i in range(frames):
         out[i] = v
         for _ in range(SUBSTEPS):
-            pull = -standard_gravity * slope
+            pull = -STANDARD_GRAVITY * slope
             step = h * (_friction(v, law) + pull)
             speed = np.sqrt(v[0] * v[0] + v[1] * v[1])
-            if law.coulomb and speed < h * standard_gravity * law.mu:
-                held = np.sqrt(pull[0] ** 2 + pull[1] ** 2) <= law.mu * standard_gravity
+            if law.coulomb and speed < h * STANDARD_GRAVITY * law.mu:
+                held = np.sqrt(pull[0] ** 2 + pull[1] ** 2) <= law.mu * STANDARD_GRAVITY
                 v = 0.0 * pull if held else h * pull
             else:
                 v = v + step
@@ -158,7 +158,7 @@ class SlidingBody:
             velocity = np.concatenate([np.repeat(v[:1], edge, axis=0), v])[: len(v)]
         else:
             rate = np.array([_friction(v, law) for v in slide.velocity_m_s])
-            rate = rate - standard_gravity * np.array([law.slope_x, law.slope_y])
+            rate = rate - STANDARD_GRAVITY * np.array([law.slope_x, law.slope_y])
             steps = 0.5 * (rate[1:] + rate[:-1]) * slide.period_s
             grown = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
             velocity = start + grown - grown[edge]

@@ -4,7 +4,6 @@ import time
 from pathlib import Path
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from drivers.ati.foot_forces import sensed_wrenches
 from drivers.ati.settings import ForceSensorSettings
@@ -14,6 +13,7 @@ from model.errors import ModelError
 from model.fit.force_bias import Bias, measure_bias, require_rest
 from model.values.arrays import FloatArray
 from model.values.force_calibration import AXES, CalibrationOrigin, bias_only
+from model.values.gravity import STANDARD_GRAVITY
 from robot.config.calibration import write_calibration
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
@@ -88,7 +88,7 @@ def standing_warnings(mean: FloatArray, mass_kg: float) -> tuple[str, ...]:
         mean: Mean readings, sensor axes, (N, 6) [N, N m]; NaN where there were none.
         mass_kg: Of the robot.
     """
-    total_n, weight_n = float(np.nansum(mean[:, 2])), mass_kg * standard_gravity
+    total_n, weight_n = float(np.nansum(mean[:, 2])), mass_kg * STANDARD_GRAVITY
     if abs(total_n) < STANDING_SHARE * weight_n:
         return ()
     return (

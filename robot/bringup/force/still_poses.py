@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
 from drivers.ati.calibration import Calibration
 from drivers.ati.foot_forces import sensed_wrenches
@@ -18,6 +17,7 @@ from model.fit.cross_talk import SensorPlaces, StillPoses
 from model.kinematics.legs import LegKinematics, leg_kinematics
 from model.support.frames import solve_support_frames
 from model.values.arrays import BoolArray, FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.tick import Tick
 from record.log.reader import LogContents, read_ticks
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
@@ -102,7 +102,7 @@ def sensor_places(config: RobotConfig) -> SensorPlaces:
     return SensorPlaces(
         robot.legs.shaft_position + config.force_sensor.offset_m,
         config.force_sensor.yaw_rad,
-        robot.body.mass * standard_gravity,
+        robot.body.mass * STANDARD_GRAVITY,
         config.force_sensor.up,
     )
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from scipy.constants import g as standard_gravity
 from scipy.spatial import ConvexHull
 
 from gaits.catalog import make_gait
 from model.kinematics.legs import leg_kinematics
 from model.support.static_margin import static_margin
+from model.values.gravity import STANDARD_GRAVITY
 from robot.config.robot_file import load_robot
 from robot.design.cycle import joint_torque, most_torque, swing_share, walk_cycle
 from robot.design.gait_figures import walk_gait
@@ -15,7 +15,7 @@ from robot.design.shift import best_shift
 from tests.robot.design.robot_files import robot_with
 
 ROBOT = load_robot().parameters
-WEIGHT_N = ROBOT.body.mass * standard_gravity
+WEIGHT_N = ROBOT.body.mass * STANDARD_GRAVITY
 RANDOM = np.random.default_rng(5)
 
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.constants import g as standard_gravity
 
 from model.errors import ConfigError
 from model.motion.se2 import seen_from
 from model.values.arrays import FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 from record.log.blocks.read import read_log
 from record.log.reader import LogContents, read_stamped_ticks
 from record.trial.trial import read_trial
@@ -211,7 +211,7 @@ def test_measured_forces_are_the_ground_s_and_the_import_says_what_they_show(
     assert cli.run(words) == ExitCode.OK
     assert "forces        yes: of LF, LM, LH, RF, RM, RH" in capsys.readouterr().out
     tracked = track_log(log)
-    weight_n = tracked.config.parameters.body.mass * standard_gravity
+    weight_n = tracked.config.parameters.body.mass * STANDARD_GRAVITY
     carried = np.median(tracked.log.force_n[..., 2].sum(axis=1))
     assert carried == pytest.approx(weight_n, rel=0.02)
     # loads by the model from joint angles alone are those that MuJoCo's contacts carry

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
-from scipy.constants import g as standard_gravity
 
 from model.errors import RecordError
 from model.estimator.settings import EstimatorSettings
 from model.estimator.smoother import smooth
 from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray
+from model.values.gravity import STANDARD_GRAVITY
 from model.values.tick import Mode
 from record.log.reader import read_stamped_ticks, read_ticks
 from record.log.tum import TumFile
@@ -36,7 +36,7 @@ from tests.soaked import soaked
 
 CONFIG = load_robot()
 HEAVY = "[effects.payload.all]\nmass_kg = 1.0\nx_m = 0.1\n"
-WEIGHT_N = CONFIG.parameters.body.mass * standard_gravity
+WEIGHT_N = CONFIG.parameters.body.mass * STANDARD_GRAVITY
 
 
 @pytest.fixture(scope="module")

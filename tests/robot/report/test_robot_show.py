@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.constants import g as standard_gravity
 
+from model.values.gravity import STANDARD_GRAVITY
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot, parse_robot
 from robot.design.assumed import assumed_keys
@@ -124,7 +124,7 @@ def test_a_robot_of_chains_stands(
     assert standing["name"] == "standing"
     config = load_robot(Path(f"examples/{name}.toml"), driven=False)
     robot = config.parameters
-    weight_n = robot.body.mass * standard_gravity
+    weight_n = robot.body.mass * STANDARD_GRAVITY
     assert sum(standing["load_n"][0]) == pytest.approx(weight_n)
     assert len(standing["torque_nm"][0]) > len(answer["legs"])
     assert standing["figures"]["duty_most"] is None
