@@ -138,13 +138,16 @@ def _without_mask(values: NDArray[Any]) -> NDArray[Any]:
     return filled(values)
 
 
-def write_csv(path: Path, names: Sequence[str], arrays: Sequence[NDArray[Any]]) -> None:
+def write_csv(
+    path: Path, names: Sequence[str], arrays: Sequence[NDArray[Any]], *, head: bool = True
+) -> None:
     """Write columns at once; a number that is missing is an empty field.
 
     Args:
         path: The file.
         names: Names of the columns.
         arrays: Their values, (T,) each; objects are written as texts.
+        head: Begin with a line of the names.
 
     Raises:
         RecordError: Two names differ at most in upper and lower case.
@@ -156,28 +159,23 @@ def write_csv(path: Path, names: Sequence[str], arrays: Sequence[NDArray[Any]]) 
         _field(column, quoted(name), "DOUBLE" if values.dtype.kind == "f" else "")
         for name, (column, values) in zip(names, inputs.items(), strict=True)
     )
-    write(f"COPY (SELECT {chosen} FROM arrays) TO ? {_FORMAT}", inputs, str(path.absolute()))
+    options = f"(FORMAT csv, HEADER {head}, USE_TMP_FILE false)"
+    write(f"COPY (SELECT {chosen} FROM arrays) TO ? {options}", inputs, str(path.absolute()))
 
 
-_FORMAT = "(FORMAT csv, HEADER true, USE_TMP_FILE false)"
-
-
-def join_csv(parts: Sequence[Path], out: Path, names: Sequence[str], *, mixed: bool) -> None:
-    """Write some columns of Parquet files, one file after the other, as CSV, as ``join_parquet`` does.
+def parquet_to_csv(path: Path, out: Path, names: Sequence[str]) -> None:
+    """Write some columns of a Parquet file as CSV, a block at a time.
 
     Raises:
-        DatabaseError: A part cannot be read.
-        OSError: The file cannot be written.
+        DatabaseError: The Parquet file cannot be read.
+        OSError: The CSV file cannot be written.
     """
-    table = parquet_table(parts[0])
+    table = parquet_table(path)
     kinds = dict(zip(table.names, table.kinds, strict=True))
     chosen = ", ".join(_field(quoted(name), quoted(name), kinds[name]) for name in names)
-    files = [literal_path(part) for part in parts]
-    rows_of(
-        f"COPY (SELECT {chosen} FROM {files_source(mixed=mixed)}) TO ? {_FORMAT}",
-        files,
-        str(out.absolute()),
-    )
+    options = "(FORMAT csv, HEADER true, USE_TMP_FILE false)"
+    sql = f"COPY (SELECT {chosen} FROM {files_source(mixed=False)}) TO ? {options}"
+    rows_of(sql, [literal_path(path)], str(out.absolute()))
 
 
 def _field(column: str, name: str, kind: str) -> str:

@@ -1,5 +1,6 @@
 """Tables as Parquet and CSV files: written at once, or block by block in bounded memory."""
 
+import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import RecordError
-from record.trial.csv_file import join_csv, write_csv
+from record.trial.csv_file import parquet_to_csv, write_csv
 from record.trial.database import DatabaseError
 from record.trial.parquet_file import (
     join_parquet,
@@ -26,7 +27,8 @@ from record.whole_file import whole_file
 class TableWriter:
     """Writes a table block by block; made by ``table_writer``.
 
-    Rows that are no longer held in memory wait in files of their own for the end.
+    Rows that are no longer held in memory are at the end of a CSV file, or, as nothing can be added to a
+    Parquet file, wait in files of their own for the end.
     """
 
     def __init__(self, out: Path, folder: Path) -> None:
@@ -56,33 +58,34 @@ class TableWriter:
             for same in zip(*self._held, strict=True)
         ]
 
-    def _put_away(self) -> list[str]:
-        names = self._names()
-        part = self._folder / f"{len(self._parts)}.parquet"
-        arrays = self._arrays()
+    def _put_away(self) -> None:
+        names, arrays = self._names(), self._arrays()
+        part = self._folder / f"{len(self._parts)}{self._out.suffix}"
         self._kinds.add(tuple(values.dtype for values in arrays))
-        write_parquet(part, names, arrays)
+        if self._out.suffix == ".csv":
+            write_csv(part, names, arrays, head=not self._parts)
+            with part.open("rb") as rows, self._out.open("ab") as out:
+                shutil.copyfileobj(rows, out)
+            part.unlink()
+        else:
+            write_parquet(part, names, arrays)
         self._parts.append(part)
         self._held, self._held_rows = [], 0
-        return names
 
     def finish(self) -> None:
         """Write the file."""
         if not self._parts and self._held:
             _write(self._out, self._names(), self._arrays())
-        elif self._parts:
-            if self._held:
-                self._put_away()
+            return
+        if self._held:
+            self._put_away()
+        if self._parts and self._out.suffix == ".parquet":
             names = parquet_table(self._parts[0]).names
-            _join(self._parts, self._out, names, mixed=len(self._kinds) > 1)
+            join_parquet(self._parts, self._out, names, mixed=len(self._kinds) > 1)
 
 
 def _write(out: Path, names: Sequence[str], arrays: Sequence[NDArray[Any]]) -> None:
     (write_csv if out.suffix == ".csv" else write_parquet)(out, names, arrays)
-
-
-def _join(parts: Sequence[Path], out: Path, names: Sequence[str], *, mixed: bool) -> None:
-    (join_csv if out.suffix == ".csv" else join_parquet)(parts, out, names, mixed=mixed)
 
 
 @contextmanager
@@ -149,4 +152,7 @@ def copy_table(path: Path, out: Path, names: Sequence[str]) -> None:
         RecordError: The file cannot be written.
     """
     with _whole_table(out) as part:
-        _join([path], part, names, mixed=False)
+        if part.suffix == ".csv":
+            parquet_to_csv(path, part, names)
+        else:
+            join_parquet([path], part, names, mixed=False)
