@@ -88,31 +88,41 @@ def _scaled(values: FloatArray) -> FloatArray:
 
 def _correlations(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Correlation of all columns together at each lag, and how many samples overlap, (T + U - 1,)."""
+    count, shared, own, other = np.zeros((4, len(x) + len(y) - 1))
+    for a, b in zip(x.T, y.T, strict=True):  # one at a time: of an hour each takes 60 MB
+        for total, part in zip((count, shared, own, other), _sums(a, b), strict=True):
+            total += part
+    sound = (own > 1e-9 * own.max()) & (other > 1e-9 * other.max())
+    alike = np.where(sound, shared / np.sqrt(np.where(sound, own * other, 1.0)), np.nan)
+    return alike, count
+
+
+def _sums(x: FloatArray, y: FloatArray) -> tuple[FloatArray, ...]:
+    """Of what overlaps at each lag: number, sum of products, and of squares of both, about their means."""
     from scipy import fft  # as late as it is needed
 
-    size = len(x) + len(y) - 1
-    fast = fft.next_fast_len(size, real=True)
+    fast = fft.next_fast_len(len(x) + len(y) - 1, real=True)
 
     def spectra(values: FloatArray) -> tuple[NDArray[np.complex128], ...]:
-        """Of what is known (1 or 0), of the values, of their squares; (3, fast // 2 + 1, C)."""
+        """Of what is known (1 or 0), of the values, of their squares; (fast // 2 + 1,) each."""
         known, filled = np.isfinite(values).astype(np.float64), np.nan_to_num(values)
-        return tuple(fft.rfft(np.stack([known, filled, filled**2]), fast, axis=1))
+        return tuple(fft.rfft(one, fast) for one in (known, filled, filled**2))
 
     def slide(a: NDArray[np.complex128], b: NDArray[np.complex128]) -> FloatArray:
-        """Sum of a[i] b[i + lag] for each lag from -(T - 1) on, (T + U - 1, C)."""
-        around = fft.irfft(a.conj() * b, fast, axis=0)
+        """Sum of a[i] b[i + lag] for each lag from -(T - 1) on, (T + U - 1,)."""
+        around = fft.irfft(a.conj() * b, fast)
         return np.concatenate([around[fast - len(x) + 1 :], around[: len(y)]])
 
     in_x, of_x, squares_x = spectra(x)
     in_y, of_y, squares_y = spectra(y)
     n = np.round(slide(in_x, in_y))
     sum_x, sum_y, per = slide(of_x, in_y), slide(in_x, of_y), 1 / np.maximum(n, 1)
-    shared = (slide(of_x, of_y) - sum_x * sum_y * per).sum(axis=1)
-    own = np.maximum(slide(squares_x, in_y) - sum_x**2 * per, 0.0).sum(axis=1)
-    other = np.maximum(slide(in_x, squares_y) - sum_y**2 * per, 0.0).sum(axis=1)
-    sound = (own > 1e-9 * own.max()) & (other > 1e-9 * other.max())
-    alike = np.where(sound, shared / np.sqrt(np.where(sound, own * other, 1.0)), np.nan)
-    return alike, n.sum(axis=1)
+    return (
+        n,
+        slide(of_x, of_y) - sum_x * sum_y * per,
+        np.maximum(slide(squares_x, in_y) - sum_x**2 * per, 0.0),
+        np.maximum(slide(in_x, squares_y) - sum_y**2 * per, 0.0),
+    )
 
 
 def _vertex(values: FloatArray, at: int) -> float:
@@ -170,8 +180,10 @@ def _lasting(error: FloatArray) -> float:
     from scipy import fft
 
     count = len(error)
-    spectrum = fft.rfft(error - error.mean(axis=0), 2 * count, axis=0)
-    total = fft.irfft((np.abs(spectrum) ** 2).sum(axis=1), 2 * count)[:count]
+    power = np.zeros(count + 1)
+    for one in error.T:
+        power += np.abs(fft.rfft(one - one.mean(), 2 * count)) ** 2
+    total = fft.irfft(power, 2 * count)[:count]
     if total[0] <= 0:
         return 1.0
     shares = total / total[0]
