@@ -203,8 +203,8 @@ class Estimator:
         if answer is not None and heard.use:
             doubt = measure.doubt_of(expected - state.expected, dt_s, apart, settings)
             forces = measure.feet_stack(
-                measure.Belief(step.mean, covariance), heard.share, feet, loaded & ~dead, answer,
-                self.contact.mu, self._record, doubt,
+                measure.Belief(step.mean, covariance, doubt), heard.share, feet, loaded & ~dead,
+                answer, self.contact.mu, self._record,
             )  # fmt: skip
             measured.insert(0, forces)
         used = self._correct(step.mean, covariance, measured, state, inputs.t_ns)

@@ -154,11 +154,12 @@ def judge(
 
 def remarks(state: EstimatorState, names: Sequence[str]) -> str:
     """Say what of the robot file or the ground does not agree with the measurements."""
+    largest = max(map(abs, state.mean[FIXED:].tolist()))
     return BETWEEN.join(
         (
             *_of_forces(state.balance),
-            *_of_zeros(state, names),
-            *_of_legs(state, names),
+            *(_of_zeros(state, names) if state.zeros.suspected != NO_LEG else ()),
+            *(_of_legs(state, names) if largest > LOG_RATIO else ()),
             *_of_loads(state, names),
         )
     )
@@ -179,15 +180,12 @@ def _of_forces(forces: FloatArray) -> Iterator[str]:
 
 def _of_zeros(state: EstimatorState, names: Sequence[str]) -> Iterator[str]:
     leg = state.zeros.suspected
-    if leg != NO_LEG:
-        size = degrees(abs(state.zeros.angle_rad[0, leg]))
-        yield f"the zero of {names[leg]} seems to be off by {size:.0f} degrees"
+    size = degrees(abs(state.zeros.angle_rad[0, leg]))
+    yield f"the zero of {names[leg]} seems to be off by {size:.0f} degrees"
 
 
 def _of_legs(state: EstimatorState, names: Sequence[str]) -> Iterator[str]:
     legs = len(names)
-    if max(map(abs, state.mean[FIXED:].tolist())) <= LOG_RATIO:
-        return
     for first, what in ((FIXED, "the friction"), (FIXED + legs, "the stiffness")):
         for place, name in enumerate(names, start=first):
             ratio, sd = np.exp(state.mean[place]), sqrt(state.covariance[place, place])

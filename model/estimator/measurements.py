@@ -24,10 +24,15 @@ FAR_SD = 5.0
 
 
 class Belief(NamedTuple):
-    """State, (n,), and its covariance, (n, n), before the measurements of a tick."""
+    """State, (n,), and its covariance, (n, n), before the measurements of a tick.
+
+    ``doubt`` is what the model leaves open of the forces: variance over the squared weight, (N, 3), of
+    ``doubt_of``; None for none.
+    """
 
     mean: FloatArray
     covariance: FloatArray
+    doubt: FloatArray | None = None
 
 
 def feet_stack(
@@ -38,23 +43,20 @@ def feet_stack(
     model: Neighbourhood,
     mu: FloatArray,
     settings: Record,
-    doubt: FloatArray | None = None,
 ) -> MeasurementStack:
     """Stack the forces on the feet: the other arguments are those of ``feet_stack_kernel``.
-
-    ``doubt`` is that of ``doubt_of``; None for none.
 
     Loads tell of stiffness; friction of feet that clearly slip tells of the velocity, of log mu and of the
     common friction. The gauge says that log mu adds up to 0: what is common is a state of its own.
     """
     legs = len(mu)
+    doubt = np.zeros((legs, 3)) if belief.doubt is None else belief.doubt
     room, most = 3 * legs + 1, 2 * legs + 1
     innovation, rows, variance = np.empty(room), np.zeros((room, len(belief.mean))), np.empty(room)
     gates, blocks = np.empty(most), np.empty((most, 3), dtype=np.int64)
     count, made = feet_stack_kernel(
-        *belief, share, feet.position_m, feet.velocity_m_s, usable, model.rows,
-        model.sway_B, mu, settings, np.zeros((legs, 3)) if doubt is None else doubt, innovation,
-        rows, variance, gates, blocks,
+        belief.mean, belief.covariance, share, feet.position_m, feet.velocity_m_s, usable, model.rows,
+        model.sway_B, mu, settings, doubt, innovation, rows, variance, gates, blocks,
     )  # fmt: skip
     return MeasurementStack(
         innovation[:count], rows[:count], variance[:count], gates[:made], blocks[:made]

@@ -60,7 +60,7 @@ def estimate(
     spread, slipping = np.empty((legs, 3, 3)), np.empty(legs, dtype=np.bool_)
     readout_kernel(
         mean, covariance, contact.mu, contact.stiffness, state.contact, model.rows, model.slip_B,
-        state.companions.apart, answer.shake, settings, feet, body, tilt, spread, slipping,
+        state.companions.pose_covariance, answer.shake, settings, feet, body, tilt, spread, slipping,
     )  # fmt: skip
     if state.airborne:
         for gone in (spread, feet[SHARE_SD]):
@@ -148,7 +148,7 @@ def _spread(rows: FloatArray, covariance: FloatArray, settings: Record, spread: 
 @compiled
 def readout_kernel(
     mean: FloatArray, covariance: FloatArray, mu: FloatArray, stiffness: FloatArray,
-    contact: BoolArray, rows: FloatArray, slip: FloatArray, apart: FloatArray, shake: FloatArray,
+    contact: BoolArray, rows: FloatArray, slip: FloatArray, elsewhere: FloatArray, shake: FloatArray,
     settings: Record, feet: FloatArray, body: FloatArray, tilt: FloatArray, spread: FloatArray,
     slipping: BoolArray,
 ) -> None:  # fmt: skip
@@ -162,7 +162,7 @@ def readout_kernel(
         contact: Loaded feet, (N,).
         rows: Of ``Neighbourhood``.
         slip: Of the feet, (N, 2) [m/s].
-        apart: Poses of the companions, of ``Companions``, (M, 3).
+        elsewhere: Covariance of the pose by the companions, of ``Companions``, (3, 3).
         shake: Variance that vibration adds to the velocity, (3,).
         settings: Of ``record_of``.
         feet: Out: MU and the sd of its logarithm, STIFFNESS [N/m] and that of its, SHARE of the weight and
@@ -176,10 +176,7 @@ def readout_kernel(
     _spread(rows, covariance, settings, spread)
     for i in range(3):
         for j in range(3):
-            total = 0.0
-            for robot in range(apart.shape[0]):
-                total += 0.5 * apart[robot, i] * apart[robot, j]
-            body[0, i, j] = covariance[i, j] + total
+            body[0, i, j] = covariance[i, j] + elsewhere[i, j]
             body[1, i, j] = covariance[3 + i, 3 + j] + (shake[i] if i == j else 0.0)
     tilt[0], tilt[1] = np.arctan(rows[0, 4]), np.arctan(rows[0, 3])
     lay_parameters(mean, stiffness, mu, feet[STIFFNESS], feet[MU])

@@ -189,35 +189,34 @@ def _fit(
     information: FloatArray, pull: FloatArray, square: FloatArray, ridge: float, unit: float,
     angle: FloatArray,
 ) -> None:  # fmt: skip
-    """Fit heights and angles, with factors L L^T of the information."""
+    """Fit heights and angles; the information, with the ridge, is positive definite."""
     both = pull.size
-    legs = both // 2
-    lower, inverse, solved = np.zeros((both, both)), np.zeros((both, both)), np.empty(both)
+    inverse = information.copy()
     for i in range(both):
-        for j in range(i + 1):
-            total = information[i, j] + (ridge if i == j else 0.0)
-            for m in range(j):
-                total -= lower[i, m] * lower[j, m]
-            lower[i, j] = np.sqrt(total) if i == j else total / lower[j, j]
-    for j in range(both):  # its inverse, column by column
-        for i in range(j, both):
-            total = 1.0 if i == j else 0.0
-            for m in range(j, i):
-                total -= lower[i, m] * inverse[m, j]
-            inverse[i, j] = total / lower[i, i]
+        inverse[i, i] += ridge
+    for i in range(both):  # Gauss and Jordan in place, with pivots that are never small
+        pivot = 1.0 / inverse[i, i]
+        inverse[i, i] = 1.0
+        for k in range(both):
+            inverse[i, k] *= pivot
+        for j in range(both):
+            if j != i:
+                share = inverse[j, i]
+                inverse[j, i] = 0.0
+                for k in range(both):
+                    inverse[j, k] -= share * inverse[i, k]
     explained = 0.0
     for i in range(both):
-        solved[i] = 0.0
-        for j in range(i + 1):
-            solved[i] += inverse[i, j] * pull[j]
-        explained += solved[i] * solved[i]
+        fitted = 0.0
+        for k in range(both):
+            fitted += inverse[i, k] * pull[k]
+        explained += fitted * pull[i]
+        if i >= both // 2:
+            angle[0, i - both // 2] = unit * fitted
     unexplained = max(square[0] - explained, 0.0) / square[1]
-    for k in range(legs):
-        fitted, spread = 0.0, 0.0
-        for m in range(legs + k, both):
-            fitted += inverse[m, legs + k] * solved[m]
-            spread += inverse[m, legs + k] ** 2
-        angle[0, k], angle[1, k] = unit * fitted, unit * np.sqrt(COLOUR * unexplained * spread)
+    for k in range(both // 2):
+        spread = inverse[both // 2 + k, both // 2 + k]
+        angle[1, k] = unit * np.sqrt(COLOUR * unexplained * spread)
 
 
 def prepare() -> None:

@@ -30,6 +30,7 @@ def tolerance_kernel(
     mu: FloatArray, anisotropy: FloatArray, settings: Record, answer: FloatArray,
     slip: FloatArray, sway: FloatArray, design: FloatArray, dt_s: float, twist: FloatArray,
     resting: BoolArray, moved: FloatArray, apart: FloatArray, share: FloatArray,
+    covariance: FloatArray,
 ) -> None:  # fmt: skip
     """Solve a frame at M robots beside the one of the file, and let them take the step that leads to it.
 
@@ -52,6 +53,7 @@ def tolerance_kernel(
         moved: In and out: its pose minus that of the file's robot, as in ``Companions.apart``, (M, 3).
         apart: Out: its velocity minus that of the file's robot, (M, 3).
         share: Out: its loads minus those of the file's robot over the weight, (M, N).
+        covariance: Out: of the poses, (3, 3).
     """
     setting = settings[0]
     load, height = setting["weight_n"], answer[5]
@@ -133,6 +135,12 @@ def tolerance_kernel(
         moved[robot, 0] += dt_s * (c * vx - s * vy - turned * along)
         moved[robot, 1] += dt_s * (s * vx + c * vy + turned * aside)
         moved[robot, 2] += dt_s * apart[robot, 2]
+    for i in range(3):
+        for j in range(3):
+            total = 0.0
+            for robot in range(robots):
+                total += 0.5 * moved[robot, i] * moved[robot, j]
+            covariance[i, j] = total
 
 
 @compiled
@@ -162,5 +170,5 @@ def prepare() -> None:
     settings = record_of(EstimatorSettings(), 1.0)
     compile_for(
         tolerance_kernel, *given(1, 2, 2, 1, 1, 2), settings, *given(1, 2, 1, 2), NUMBER,
-        *out(2), *out(2, kind=FLAG), *out(2, 2, 2),
+        *out(2), *out(2, kind=FLAG), *out(2, 2, 2, 2),
     )  # fmt: skip

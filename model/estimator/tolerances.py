@@ -40,6 +40,7 @@ def at_start(legs: int) -> Companions:
         readonly(np.full((robots, 3), np.nan)),
         readonly(np.zeros((robots, legs), dtype=bool)),
         readonly(np.zeros((robots, 3))),
+        readonly(np.zeros((3, 3))),
     )
 
 
@@ -66,11 +67,13 @@ def walk_along(
     signs = design(len(contact.mu))
     robots, legs = len(signs), len(contact.mu)
     twist, resting, moved = before.twist.copy(), before.resting.copy(), before.apart.copy()
-    velocity, share = np.empty((robots, 3)), np.empty((robots, legs))
+    velocity, share, covariance = np.empty((robots, 3)), np.empty((robots, legs)), np.empty((3, 3))
     tolerance_kernel(
         mean, np.ascontiguousarray(feet.position_m), np.ascontiguousarray(feet.velocity_m_s),
         contact.stiffness, contact.mu, contact.anisotropy, settings, model.rows[0],
         model.slip_B, model.sway_B, signs, dt_s,
-        twist, resting, moved, velocity, share,
+        twist, resting, moved, velocity, share, covariance,
     )  # fmt: skip
-    return Companions(readonly(twist), readonly(resting), readonly(moved)), Apart(velocity, share)
+    for mine in (twist, resting, moved, covariance):
+        readonly(mine)
+    return Companions(twist, resting, moved, covariance), Apart(velocity, share)

@@ -105,20 +105,18 @@ class Companions:
         resting: Feet at rest, (M, N).
         apart: Pose minus that of the file's robot: x, y [m] in the frame of the estimate, yaw [rad], (M,
             3).
+        pose_covariance: What that amounts to, of x, y, yaw, (3, 3): ``paired_covariance``.
     """
 
     twist: FloatArray
     resting: BoolArray
     apart: FloatArray
-
-    @property
-    def pose_covariance(self) -> FloatArray:
-        """Of x, y, yaw, (3, 3)."""
-        return paired_covariance(self.apart)
+    pose_covariance: FloatArray
 
     def gathered(self) -> "Companions":
         """The same robots, all at one place again: what lay between them is in the covariance."""
-        return replace(self, apart=readonly(np.zeros_like(self.apart)))
+        nowhere, certain = readonly(np.zeros_like(self.apart)), readonly(np.zeros((3, 3)))
+        return replace(self, apart=nowhere, pose_covariance=certain)
 
 
 @quick

@@ -175,6 +175,7 @@ class TickEstimator:
 
     def __init__(self, config: RobotConfig) -> None:
         self._names = config.parameters.names
+        self._sizes = len(self._names.legs), len(self._names.joints)
         self._stage = estimator_stage(config, leg_kinematics(config.parameters))
         self.memory = self._stage.initial()
 
@@ -184,7 +185,9 @@ class TickEstimator:
         Raises:
             ConfigError: The robot has other legs or joints than the tick.
         """
-        self._check(len(tick.forces.force_n), len(tick.joints.angle_rad))
+        sizes = len(tick.forces.force_n), len(tick.joints.angle_rad)
+        if sizes != self._sizes:
+            self._check(*sizes)
         self.memory, estimate = self._stage.step(
             self.memory, tick.t_ns, tick.joints, tick.forces, tick.poses, tick.imu
         )

@@ -102,7 +102,7 @@ def simulate(
             truth, feet.position_m, feet.velocity_m_s, contact.stiffness, contact.mu,
             contact.anisotropy, record, model.rows[0], model.slip_B,
             model.sway_B, errors, PERIOD_NS * 1e-9,
-            own_twist, own_rest, moved, apart, more,
+            own_twist, own_rest, moved, apart, more, np.zeros((3, 3)),
         )  # fmt: skip
         loads = model.load_n + WEIGHT_N * more[0]
         model.rows[0, :3] += apart[0]
