@@ -25,7 +25,7 @@ MISSING_TEXTS = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "NULL", "None", "
 TRUE, FALSE = ("true", "True", "TRUE"), ("false", "False", "FALSE")
 # How a file may have to be read, the usual way first: lines with different ends need the second, texts
 # of Windows programs the third.
-WAYS = (("utf-8", True), ("utf-8", False), ("latin-1", False))
+DIALECTS = (("utf-8", True), ("utf-8", False), ("latin-1", False))
 Result = TypeVar("Result")
 
 
@@ -64,8 +64,8 @@ def read_csv(
     def run(source: str) -> dict[str, NDArray[Any]]:
         return arrays_of(f"SELECT * FROM {source}", literal_path(path))
 
-    found = _first_way(path, len(names), delimiter, kinds, run)
-    return [values_of_texts(_without_mask(values)) for values in found.values()]
+    columns = _first_dialect(path, len(names), delimiter, kinds, run)
+    return [values_of_texts(_without_mask(values)) for values in columns.values()]
 
 
 def copy_csv(path: Path, target: Path, columns: int, delimiter: str) -> None:
@@ -80,7 +80,7 @@ def copy_csv(path: Path, target: Path, columns: int, delimiter: str) -> None:
         sql = f"COPY (SELECT * FROM {source}) TO ? {compressed(columns)}"
         return rows_of(sql, literal_path(path), str(target.absolute()))
 
-    _first_way(path, columns, delimiter, ["BIGINT", "DOUBLE", "VARCHAR"], run)
+    _first_dialect(path, columns, delimiter, ["BIGINT", "DOUBLE", "VARCHAR"], run)
 
 
 def values_of_texts(values: NDArray[Any]) -> NDArray[Any]:
@@ -103,12 +103,12 @@ def _number(text: str) -> float:
     return float(text) if text else np.nan
 
 
-def _first_way(
+def _first_dialect(
     path: Path, columns: int, delimiter: str, kinds: Sequence[str], run: Callable[[str], Result]
 ) -> Result:
     """Return what ``run`` makes of the file, read in the first way in which it can be."""
     first: DatabaseError | None = None
-    for encoding, strict in WAYS:
+    for encoding, strict in DIALECTS:
         options = (
             f"names={sql_list([f'c{at}' for at in range(columns)])}, sample_size=-1, "
             f"auto_type_candidates={sql_list(kinds)}, encoding='{encoding}', strict_mode={strict}"

@@ -80,7 +80,7 @@ def write(sql: str, arrays: Mapping[str, NDArray[Any]], *parameters: Any) -> Non
 
 def literal_path(path: Path) -> str:
     """Return a path as DuckDB takes it for a file to read: nothing in it is a pattern or a home folder."""
-    return _GLOB.sub(lambda found: f"[{found.group()}]", str(path.absolute()))
+    return _GLOB.sub(lambda sign: f"[{sign.group()}]", str(path.absolute()))
 
 
 def quoted(name: str) -> str:
@@ -142,8 +142,8 @@ def _words(text: str) -> str:
 
 
 def _io_words(text: str) -> str:
-    found = _IO_WORDS.search(text)
-    inner = found.group(1).replace('\\"', '"') if found else _KIND.sub("", text)
+    system_words = _IO_WORDS.search(text)
+    inner = system_words.group(1).replace('\\"', '"') if system_words else _KIND.sub("", text)
     return inner.splitlines()[0].rpartition('": ')[2]
 
 

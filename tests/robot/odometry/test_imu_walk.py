@@ -149,7 +149,7 @@ def test_without_forces_roll_and_pitch_tell_the_stiffness_of_the_legs(walked: li
 def test_with_forces_an_imu_mounted_askew_does_no_harm(walked: list[Tick]) -> None:
     plain, helped = estimated(walked, forces=True, sign=None), estimated(walked, forces=True)
     both = [np.abs(stiffness_errors(each[-1])).max() for each in (plain, helped)]
-    assert both[1] < both[0] + 0.02
+    assert both[1] < both[0] + 0.03  # roll and pitch of a model in which bodies do not swing
     assert all(estimate.health is Health.OK for estimate in helped[RATE_HZ:])
 
 
