@@ -115,10 +115,10 @@ OVERLOAD_LIMITS = {"max_current = 4.0 ": "max_current = 6.8 "}
 
 def turns_and_brownouts(count: int, more: str = RECOVERY) -> BenchRun:
     faults = "".join(
-        f'[[fault]]\nkind = "brownout"\nservo = 4\nstart_s = {4 + 6 * n}\nduration_s = 0.1\n'
+        f'[[fault]]\nkind = "brownout"\nservo = 4\nstart_s = {3.5 + 4.5 * n}\nduration_s = 0.1\n'
         for n in range(count)
     )
-    return bench_run(faults, config=changed(more=more), seconds=4 + 6 * count)
+    return bench_run(faults, config=changed(more=more), seconds=3.5 + 4.5 * count)
 
 
 @pytest.fixture(scope="module")
