@@ -147,7 +147,7 @@ FIELDS = (
     Field("estimate", "twist covariance", "", 1e-8, FILTERED, "estimate.twist_covariance", (3, 3)),
     Field("estimate", "mu", "", 1e-7, FILTERED, "estimate.mu", N),
     Field("estimate", "stiffness", "N/m", 1e-7, FILTERED, "estimate.stiffness", N),
-    Field("estimate", "force", "N", 1e-5, LEAST, "estimate.force_B", N3, XYZ),
+    Field("estimate", "force", "N", 1e-4, LEAST, "estimate.force_B", N3, XYZ),
     Field("estimate", "contact", "", 0.0, EXACT, "estimate.contact", N),
     Field("estimate", "rejects", "", 0.0, EXACT, "estimate.rejects"),
     Field("estimate", "health", "", 0.0, EXACT, "estimate.health", change=HEALTHS.index),
