@@ -13,9 +13,8 @@ import numpy as np
 
 from model.values.arrays import FloatArray, IntArray, readonly
 
-AGREE_S = (
-    0.1  # a count of the encoder moves the speed by 1.4 mrad/s: half a step of a speed reading
-)
+# A count of the encoder then moves the speed by 1.4 mrad/s: half a step of a speed reading.
+AGREE_S = 0.1
 SLOW_S = 1 / 75  # between ticks; in a faster loop the servo's own speed is as good as its model is
 LONGEST_S = 0.25  # an angle turned in a longer time says nothing of a speed
 JUMP_RAD = 0.1  # an angle further off than this and as much as was expected was not turned to

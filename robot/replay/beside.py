@@ -9,14 +9,16 @@ differs, nothing is concluded from it: the log is then replayed tick by tick.
 import os
 from collections.abc import Iterator
 from concurrent.futures import Future
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 
 from gap.worker_pool import worker_pool
+from model.errors import ConfigError, RecordError
 from record.log.blocks.tick_columns import sensed_messages
 from record.log.blocks.tick_forms import FormBook
 from record.log.reader import LogContents, TopicMessage, read_tick_messages
+from record.log.salvage import DAMAGE
 from record.log.tick_message import LAYOUT, decode_tick, estimates_the_same
 from robot.config.robot_file import RobotConfig
 from robot.control.estimator_stage import TickEstimator
@@ -32,7 +34,7 @@ def worth_a_process(path: Path, first: TopicMessage) -> bool:
 
 
 @contextmanager
-def estimator_beside(path: Path, config: RobotConfig) -> Iterator["Future[int]"]:
+def estimator_beside(path: Path, config: RobotConfig) -> Iterator[Future[int]]:
     """Replay the estimator in another process; the result is that of ``estimates_as_recorded``."""
     with worker_pool(1) as pool:
         yield pool.submit(estimates_as_recorded, path, config)
@@ -45,19 +47,18 @@ def estimates_as_recorded(path: Path, config: RobotConfig) -> int:
         path: A log of today's layout.
         config: The robot that the estimator uses.
 
-    Raises:
-        RecordError: The log cannot be read.
-        ConfigError: The robot has other legs than the log.
+    What cannot be read ends them: the process that replays the controller says what is wrong with it.
     """
     contents, estimator, book = LogContents(), TickEstimator(config), FormBook()
     messages = (message.data for message in read_tick_messages(path, contents))
     count = 0
-    while block := list(islice(messages, BLOCK_TICKS)):
-        machine = contents.machine(decode_tick(block[0]))
-        for data, (number, tick, begin) in zip(
-            block, sensed_messages(block, machine, book), strict=True
-        ):
-            if number != count or not estimates_the_same(estimator.step(tick), data, begin):
-                return count
-            count += 1
+    with suppress(RecordError, ConfigError, *DAMAGE):
+        while block := list(islice(messages, BLOCK_TICKS)):
+            machine = contents.machine(decode_tick(block[0]))
+            for data, (number, tick, begin) in zip(
+                block, sensed_messages(block, machine, book), strict=True
+            ):
+                if number != count or not estimates_the_same(estimator.step(tick), data, begin):
+                    return count
+                count += 1
     return count

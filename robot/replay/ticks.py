@@ -6,6 +6,7 @@ imported data, which no controller made, the estimator is what there is to repla
 
 import time
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
@@ -165,7 +166,7 @@ def _replay_in_two(
                 start_ns, now_ns, ticks = start_ns if ticks else tick.t_ns, tick.t_ns, ticks + 1
             if estimated.result() < ticks or not ticks:
                 raise _DifferentError
-    except (_DifferentError, ValueError):
+    except (_DifferentError, BrokenExecutor):  # or the other process is gone
         return None
     return Replay(
         path=path,

@@ -13,6 +13,7 @@ from robot.replay.beside import estimates_as_recorded
 from robot.replay.ticks import Replay, replay_log
 from robot.run.header import config_of
 from tests.replay.golden import log_of
+from tests.robot.cli.test_bad_input import tick_bytes, with_messages
 from tests.robot.replay.test_replay import changed, other_load
 
 
@@ -69,3 +70,10 @@ def test_a_short_log_is_not_worth_a_process() -> None:
     path = log_of("tripod")
     message = next(read_tick_messages(path, LogContents()))
     assert not beside.worth_a_process(path, message)
+
+
+def test_a_damaged_tick_ends_the_ticks_that_are_as_recorded(tmp_path: Path) -> None:
+    whole, broken = tmp_path / "whole.mcap", tmp_path / "broken.mcap"
+    changed(whole, lambda tick: tick)
+    with_messages(whole, broken, {40: tick_bytes(whole)[40][:100]})
+    assert estimates_as_recorded(broken, own_config(whole)) <= 40
