@@ -9,7 +9,7 @@ import numpy as np
 
 from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
 from model.estimator.settings import RECORD_S, EstimatorSettings
-from model.quasistatic.frame import frame_kernel
+from model.quasistatic.frame import frame_forces
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import ForceMemory
 from model.values.legs import FootMotion
@@ -26,13 +26,7 @@ def at_start() -> ForceMemory:
 
 def open_loop(feet: FootMotion, contact: ContactParameters, weight_n: float) -> FloatArray:
     """Forces of the robot file alone over the weight, (N, 3); NaN where it has no answer."""
-    legs = len(contact.mu)
-    numbers, loaded = np.empty(6 + 6 * legs), np.empty(legs, dtype=np.bool_)
-    frame_kernel(
-        np.ascontiguousarray(feet.position_m), np.ascontiguousarray(feet.velocity_m_s),
-        contact.stiffness, contact.mu, contact.anisotropy, weight_n, numbers, loaded,
-    )  # fmt: skip
-    share: FloatArray = numbers[6 + 3 * legs :].reshape(legs, 3) / weight_n
+    share: FloatArray = frame_forces(feet, contact, weight_n) / weight_n
     return share
 
 

@@ -55,19 +55,13 @@ def solve_frame(feet: FootMotion, contact: ContactParameters, weight_n: float) -
     Raises:
         ModelError: Shapes do not fit.
     """
-    position = np.ascontiguousarray(feet.position_m)
-    velocity = np.ascontiguousarray(feet.velocity_m_s)
+    position, velocity = feet.position_m, feet.velocity_m_s
     count = position.shape[0]
     if position.shape != (count, 3) or velocity.shape != (count, 3) or count == 0:
         raise ModelError(f"feet must be (N, 3), not {position.shape} and {velocity.shape}")
     if contact.stiffness.shape != (count,) or contact.anisotropy.shape != (count, 2):
         raise ModelError(f"the contact parameters are not those of {count} legs")
-    numbers = np.empty(6 + 6 * count)
-    loaded = np.empty(count, dtype=np.bool_)
-    status, reason = frame_kernel(
-        position, velocity, contact.stiffness, contact.mu, contact.anisotropy, weight_n, numbers,
-        loaded,
-    )  # fmt: skip
+    status, reason, numbers, loaded = _solved(feet, contact, weight_n)
     numbers.setflags(write=False)
     loaded.setflags(write=False)
     slope_x, slope_y, height = numbers[:3].tolist()
@@ -90,6 +84,26 @@ def solve_frame(feet: FootMotion, contact: ContactParameters, weight_n: float) -
         numbers[6 + 3 * count :].reshape(count, 3),
     )
     return ContactSolution(support, traction)
+
+
+def frame_forces(feet: FootMotion, contact: ContactParameters, weight_n: float) -> FloatArray:
+    """Return nothing but the forces of ``solve_frame``, (N, 3) [N], of feet that are known to fit."""
+    *_, numbers, _ = _solved(feet, contact, weight_n)
+    legs = len(contact.mu)
+    return numbers[6 + 3 * legs :].reshape(legs, 3)
+
+
+def _solved(
+    feet: FootMotion, contact: ContactParameters, weight_n: float
+) -> tuple[int, int, FloatArray, BoolArray]:
+    """What ``frame_kernel`` returns and writes."""
+    count = len(feet.position_m)
+    numbers, loaded = np.empty(6 + 6 * count), np.empty(count, dtype=np.bool_)
+    status, reason = frame_kernel(
+        np.ascontiguousarray(feet.position_m), np.ascontiguousarray(feet.velocity_m_s),
+        contact.stiffness, contact.mu, contact.anisotropy, weight_n, numbers, loaded,
+    )  # fmt: skip
+    return status, reason, numbers, loaded
 
 
 @compiled
