@@ -17,9 +17,8 @@ from record.trial.database import (
     quoted,
     rows_of,
     sql_list,
-    write,
 )
-from record.trial.parquet_file import as_input, check_names, compressed, files_source, parquet_table
+from record.trial.parquet_file import compressed, files_source, parquet_table, write_columns
 
 MISSING_TEXTS = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "NULL", "None", "-nan", "#N/A")
 TRUE, FALSE = ("true", "True", "TRUE"), ("false", "False", "FALSE")
@@ -153,14 +152,11 @@ def write_csv(
         RecordError: Two names differ at most in upper and lower case.
         OSError: The file cannot be written.
     """
-    check_names(path, names)
-    inputs = {f"c{at}": as_input(values) for at, values in enumerate(arrays)}
-    chosen = ", ".join(
-        _field(column, quoted(name), "DOUBLE" if values.dtype.kind == "f" else "")
-        for name, (column, values) in zip(names, inputs.items(), strict=True)
-    )
-    options = f"(FORMAT csv, HEADER {head}, USE_TMP_FILE false)"
-    write(f"COPY (SELECT {chosen} FROM arrays) TO ? {options}", inputs, str(path.absolute()))
+    write_columns(
+        path, names, arrays,
+        lambda column, values, name: _field(column, name, "DOUBLE" if values.dtype.kind == "f" else ""),
+        f"(FORMAT csv, HEADER {head}, USE_TMP_FILE false)",
+    )  # fmt: skip
 
 
 def parquet_to_csv(path: Path, out: Path, names: Sequence[str]) -> None:

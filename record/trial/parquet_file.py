@@ -1,6 +1,6 @@
 """Parquet files: column by column, in blocks, or all of one size whatever is in them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -132,13 +132,34 @@ def write_parquet(
         RecordError: Two names differ in nothing but upper and lower case.
         OSError: The file cannot be written.
     """
+    write_columns(
+        path, names, arrays, lambda column, values, name: f"{_kept(column, values)} AS {name}",
+        how or compressed(len(names)),
+    )  # fmt: skip
+
+
+def write_columns(
+    path: Path,
+    names: Sequence[str],
+    arrays: Sequence[NDArray[Any]],
+    choose: Callable[[str, NDArray[Any], str], str],
+    options: str,
+) -> None:
+    """Write columns at once to a file of any kind; otherwise as ``write_parquet``.
+
+    Args:
+        path: The file.
+        names: Names of the columns.
+        arrays: Their values, (T,) each.
+        choose: Makes what is written of an array's own name, its values, and its name in the file.
+        options: Of COPY.
+    """
     check_names(path, names)
     inputs = {f"c{at}": as_input(values) for at, values in enumerate(arrays)}
     chosen = ", ".join(
-        f"{_kept(column, values)} AS {quoted(name)}"
+        choose(column, values, quoted(name))
         for name, (column, values) in zip(names, inputs.items(), strict=True)
     )
-    options = how or compressed(len(names))
     write(f"COPY (SELECT {chosen} FROM arrays) TO ? {options}", inputs, str(path.absolute()))
 
 

@@ -29,17 +29,22 @@ def calls(seed: int, count: int) -> list[CALLS]:
     return made
 
 
-def by_the_library(moments: list[CALLS]) -> bytes:
-    out = BytesIO()
-    writer = Writer(
-        out, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True
-    )
+def begin(writer: Writer | McapFile) -> None:
+    """What both write before the first message."""
     writer.start(profile="ros2", library="bigant")
     schema = writer.register_schema("s", "ros2msg", b"uint8 a")
     for topic in TOPICS[:2]:
         writer.register_channel(topic, "cdr", schema, {"k": topic})
     writer.add_metadata("m", {"a": "1", "b": "\u00fc"})
     writer.add_attachment(1, 2, "robot.toml", "application/toml", b"text")
+
+
+def by_the_library(moments: list[CALLS]) -> bytes:
+    out = BytesIO()
+    writer = Writer(
+        out, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True
+    )
+    begin(writer)
     for number, (at_ns, messages, sequence, sent_ns) in enumerate(moments):
         if number == 3:  # a topic that begins later
             late = writer.register_schema("late", "ros2msg", b"x" * 100)
@@ -56,12 +61,7 @@ def by_the_library(moments: list[CALLS]) -> bytes:
 def by_us(moments: list[CALLS]) -> bytes:
     out = BytesIO()
     writer = McapFile(out)
-    writer.start(profile="ros2", library="bigant")
-    schema = writer.register_schema("s", "ros2msg", b"uint8 a")
-    for topic in TOPICS[:2]:
-        writer.register_channel(topic, "cdr", schema, {"k": topic})
-    writer.add_metadata("m", {"a": "1", "b": "\u00fc"})
-    writer.add_attachment(1, 2, "robot.toml", "application/toml", b"text")
+    begin(writer)
     for number, (at_ns, messages, sequence, sent_ns) in enumerate(moments):
         if number == 3:
             late = writer.register_schema("late", "ros2msg", b"x" * 100)
