@@ -216,10 +216,35 @@ def build_recording(
         name: taken.of(ticks, len(machine.legs), len(machine.joints))
         for name, taken in STACKS.items()
     }
+    faults = tuple((row, fault) for row, tick in enumerate(ticks) for fault in tick.faults)
+    return recording_of(
+        arrays, faults, machine=machine, config_text=config_text, metadata=metadata, damage=damage
+    )
+
+
+def recording_of(
+    arrays: Mapping[str, Any],
+    faults: tuple[tuple[int, Fault], ...],
+    *,
+    machine: MachineNames,
+    config_text: str,
+    metadata: Mapping[str, str],
+    damage: str,
+) -> Recording:
+    """Return a recording of arrays.
+
+    Args:
+        arrays: ``t_s`` and what ``STACKS`` names, a row a tick; not to be written to from then on.
+        faults: Row, and fault; in order.
+        machine: Names of joints and legs.
+        config_text: The robot file.
+        metadata: Metadata texts.
+        damage: Empty, or how the file is damaged.
+    """
     return Recording(
         names=machine.legs,
         **{name: readonly(np.asarray(values)) for name, values in arrays.items()},
-        faults=tuple((row, fault) for row, tick in enumerate(ticks) for fault in tick.faults),
+        faults=faults,
         config_text=config_text,
         metadata=metadata,
         damage=damage,

@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from model.values.arrays import readonly
 from model.values.machine_names import MachineNames
 from model.values.tick import SensedTick, Tick
 from record.log.blocks.tick_columns import stack_messages
 from record.log.blocks.tick_forms import FormBook
 from record.log.reader import LogContents, TopicMessage, damage_of, nothing_left, read_tick_messages
-from record.log.recording import Recording, join_recordings
+from record.log.recording import Recording, join_recordings, recording_of
 from record.log.salvage import DAMAGE
 from record.log.tick_message import decode_tick
 
@@ -99,15 +98,13 @@ class _Blocks:
         if each is not None:
             for now_ns, sensed in zip(unix_ns.tolist(), stacked.sensed, strict=True):
                 each(now_ns, sensed)
-        return Recording(
-            names=machine.legs,
-            t_s=readonly((unix_ns - self._start_unix_ns) * 1e-9),
-            **{name: readonly(values) for name, values in stacked.arrays.items()},
-            faults=stacked.faults,
+        return recording_of(
+            {"t_s": (unix_ns - self._start_unix_ns) * 1e-9, **stacked.arrays},
+            stacked.faults,
+            machine=machine,
             config_text=contents.config_text,
             metadata=contents.metadata,
             damage=contents.damage,
-            joints=machine.joints,
         )
 
     def _note_damage(self, broken: list[tuple[TopicMessage, int, Exception]]) -> None:
