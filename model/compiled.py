@@ -1,15 +1,20 @@
 """Compilation of the hot path with numba, where numba is installed.
 
-Without it the same functions run as plain Python, a few hundred times slower; ``COMPILED`` says which
+Without it the same functions run as plain Python, a few hundred times slower; ``compiles()`` says which
 it is, and ``bigant --version`` shows it. The first call of a process loads machine code from the user's
-cache (``kernel_cache``); only the very first one on a machine compiles.
+cache (``kernel_cache``); only the very first one on a machine compiles. numba itself takes 70 MB and a
+quarter of a second, so it is imported when the first kernel is called, and never by a command that
+computes nothing.
 """
 
 import hashlib
 import re
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, update_wrapper
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from typing import Any, TypeVar
@@ -22,14 +27,19 @@ from model.kernel_cache import KernelFiles, kernel_folder
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-try:
-    import numba
-    from numba.core import event
-except ImportError:  # no wheel for this interpreter yet: slow, and said so by COMPILED
-    COMPILED = False
-else:
+
+@cache
+def compiles() -> bool:
+    """Whether functions are compiled; the first call imports the compiler, if it is there."""
+    try:
+        import numba
+        from numba.core import event
+        from numba.extending import typeof_impl
+    except ImportError:  # no wheel for this interpreter yet
+        return False
     settings: Any = numba.config  # has no types
-    COMPILED = not settings.DISABLE_JIT  # NUMBA_DISABLE_JIT=1: plain Python, for a debugger
+    if settings.DISABLE_JIT:  # NUMBA_DISABLE_JIT=1: plain Python, for a debugger
+        return False
 
     class _Compiling(event.Listener):
         """Passes on that a function's compilation begins or ends."""
@@ -42,14 +52,80 @@ else:
 
     register: Any = event.register  # has no types
     register("numba:compile", _Compiling())
+    type_of: Any = typeof_impl
+    type_of.register(Kernel)(_type_of_kernel)
+    return True
+
 
 # Loops that add up may add in any order; NaN and infinity keep their meaning.
 ORDER_FREE = frozenset({"reassoc", "contract", "nsz"})
 
 
+class Kernel:
+    """A function that is compiled, or loaded as machine code, when it is first called.
+
+    Attributes:
+        py_func: The function as it was written.
+        __call__: What a call calls; in a slot, so that a call passes no function of Python.
+    """
+
+    __slots__ = ("__call__", "__dict__", "_fastmath", "py_func")
+
+    def __init__(self, function: Callable[..., Any], fastmath: Any) -> None:
+        self.py_func, self._fastmath = function, fastmath
+        self.__call__ = self._first_call
+        update_wrapper(self, function)
+
+    def dispatcher(self) -> Any:
+        """Return numba's dispatcher, or the function itself where nothing is compiled."""
+        if self.__call__ == self._first_call:
+            self.__call__ = (
+                _dispatcher(self.py_func, self._fastmath) if compiles() else self.py_func
+            )
+        return self.__call__
+
+    def _first_call(self, *arguments: Any) -> Any:
+        if _spares_the_compiler():
+            return self.py_func(*arguments)
+        return self.dispatcher()(*arguments)
+
+
+_SPARED = ContextVar("few calls", default=False)
+
+
+@contextmanager
+def few_calls() -> Iterator[None]:
+    """Inside, kernels are plain Python, unless something has imported the compiler already.
+
+    For what needs some thousand poses and nothing more, such as a page: that takes no longer than to import
+    numba and to load machine code, and 130 MB less. Results differ in the last bits at most.
+    """
+    token = _SPARED.set(True)
+    try:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            yield
+    finally:
+        _SPARED.reset(token)
+
+
+def _spares_the_compiler() -> bool:
+    return _SPARED.get() and "numba" not in sys.modules
+
+
+def _type_of_kernel(kernel: Kernel, context: Any) -> Any:
+    """Type of a kernel that another one calls."""
+    del context
+    from numba import types
+
+    dispatcher_type: Any = types.Dispatcher  # has no types
+    return dispatcher_type(kernel.dispatcher())
+
+
 def compiled(function: Function) -> Function:
     """Compile a function of numbers and arrays; a division by zero gives inf or NaN, as in numpy."""
-    return _compile(function, fastmath=False)
+    kernel: Any = Kernel(function, fastmath=False)
+    typed: Function = kernel
+    return typed
 
 
 def compiled_sums(function: Function) -> Function:
@@ -57,12 +133,14 @@ def compiled_sums(function: Function) -> Function:
 
     Results differ from plain Python's in the last bits.
     """
-    return _compile(function, fastmath=set(ORDER_FREE))
+    kernel: Any = Kernel(function, fastmath=set(ORDER_FREE))
+    typed: Function = kernel
+    return typed
 
 
-def _compile(function: Function, fastmath: Any) -> Function:
-    if not COMPILED:
-        return function
+def _dispatcher(function: Callable[..., Any], fastmath: Any) -> Any:
+    import numba
+
     keep = True
     njit: Any = numba.njit  # its types do not know of the wrapper
     while True:
@@ -83,8 +161,7 @@ def _compile(function: Function, fastmath: Any) -> Function:
                     f"{module}.{function.__qualname__}", _stamp(module), numba.__version__,
                     kernel_folder(),
                 )  # fmt: skip
-            typed: Function = made
-            return typed
+            return made
 
 
 @cache
@@ -169,12 +246,14 @@ def compile_for(
     record or a named tuple is that of an example: each array in it has to be in rows and writable as it is
     there.
     """
-    if not COMPILED:
+    if _spares_the_compiler() or not compiles():
         return
+    from numba import typeof as type_of_example
     from numba import types
 
-    dispatcher: Any = function  # has no types
-    typeof: Any = numba.typeof
+    kernel: Any = function
+    dispatcher = kernel.dispatcher()
+    typeof: Any = type_of_example  # has no types
     if dispatcher._can_compile:
         dispatcher.compile(tuple(
             getattr(types, of) if isinstance(of, str)

@@ -20,10 +20,10 @@ def how_to_install(extra: str) -> str:
 
 def version_lines() -> list[str]:
     """Return what ``bigant --version`` prints."""
-    from model.compiled import COMPILED
+    from model.compiled import compiles
 
     packages = ", ".join(f"{name} {version_of(name)}" for name in PACKAGES[1:])
-    model = "compiled" if COMPILED else "NOT compiled: numba is missing, the model is slow"
+    model = "compiled" if compiles() else "NOT compiled: numba is missing, the model is slow"
     return [
         f"bigant {version_of('bigant')}, Python {platform.python_version()}, {platform.platform()}",
         packages,

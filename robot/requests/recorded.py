@@ -25,7 +25,7 @@ CORES = min(os.cpu_count() or 1, 4)
 AGAIN, WALKING = "with --drive", "while it walks"  # headings in the help
 
 
-@request("view.film:show", writes=True)
+@request("view.show:show", writes=True)
 class ShowRequest:
     """``bigant show``: what happened in a log, as a table and as pictures.
 

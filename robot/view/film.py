@@ -1,6 +1,5 @@
 """``bigant show --video`` and ``bigant sim render``: a run as a film, drawn off-screen."""
 
-import sys
 from collections.abc import Iterable, Iterator
 from itertools import chain
 from pathlib import Path
@@ -26,27 +25,26 @@ FPS = {".mp4": 25.0, ".gif": 12.5}
 MOST_PICTURES = 36_000  # of a film: 24 minutes of it
 
 
-def show(request: ShowRequest) -> ExitCode:
-    """Summarise a log, and make the film that is asked for.
+def check_log_film(video: Path) -> None:
+    """Refuse a film of a log that cannot be written, before anything is read.
+
+    Raises:
+        ConfigError: Its suffix is of no film, or what writes it is not installed.
+        RecordError: There is no room for it.
+    """
+    check_room(video, "--video", *FILM_SUFFIXES)
+    check_film(video, "--video")
+
+
+def film_log(request: ShowRequest, video: Path) -> str:
+    """Draw the film of a log; return what was made, in words.
 
     Raises:
         RecordError: The log cannot be read, or a file cannot be written.
-        ConfigError: A file is of no kind that we write, or what writes it is not installed.
+        ConfigError: It would have too many pictures.
     """
-    from robot.report.show import show_log  # and with it what draws pages
-
-    video = request.video
-    if video is None:
-        if request.fps is not None or request.speed is not None:
-            raise ConfigError("--fps and --speed", "are of a film; add --video FILE")
-        return show_log(request)
-    check_room(video, "--video", *FILM_SUFFIXES)
-    check_film(video, "--video")
-    code = show_log(request)
     frames, span_s, title = _of_log(request.path)
-    words = _film(video, frames, span_s, title, Pace(request.speed, request.fps, video))
-    print(words, file=sys.stderr if request.json else sys.stdout)
-    return code
+    return _film(video, frames, span_s, title, Pace(request.speed, request.fps, video))
 
 
 class Pace:

@@ -12,7 +12,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from model.compiled import COMPILED, COUNT, FLAG, NUMBER, compile_for, compiled, given, out
+from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, compiles, given, out
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from sim_hw.dynamixel.firmware import SERVO, FirmwareBank, firmware_duties
 from sim_hw.plant.leg_kernel import CURRENT, turn_legs
@@ -28,7 +28,7 @@ def mujoco_library() -> ctypes.CDLL:
     return ctypes.CDLL(mujoco._functions.__file__)
 
 
-if COMPILED:
+if compiles():
     from numba import types
     from numba.core import cgutils
     from numba.extending import intrinsic
@@ -181,7 +181,7 @@ class CompiledSteps:
 
 def prepare() -> None:
     """Load or make the machine code, so that no step waits for it."""
-    if COMPILED:
+    if compiles():
         compile_for(
             run_steps, COUNT, COUNT, *given(1, kind=COUNT), NUMBER, COUNT, COUNT,
             np.zeros(1, dtype=SERVO), *given(2), *given(1, kind=COUNT), *given(2, 2, 2), *out(2),

@@ -8,7 +8,7 @@ import numpy as np
 from drivers.ati.settings import ForceSensorSettings
 from drivers.dynamixel.settings import ServoBusSettings
 from drivers.dynamixel.units import TICK_RAD
-from model.compiled import COMPILED
+from model.compiled import compiles
 from model.values.arrays import FloatArray
 from model.values.readings import BodyTruth
 from sim_hw.dynamixel.firmware import FirmwareBank
@@ -81,7 +81,7 @@ class World:
         mounting = np.array([self._zeros, self._ticks_a_rad, self._signs])
         columns = (MOTOR, MOTOR_RATE) if on_motor else (SHAFT, SHAFT_RATE)
         self._compiled = None
-        if COMPILED and isinstance(firmware, FirmwareBank):
+        if compiles() and isinstance(firmware, FirmwareBank):
             self._compiled = CompiledSteps(plant, firmware, mounting, columns)
 
     def advance_to(self, t_ns: int) -> None:

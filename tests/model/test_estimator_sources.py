@@ -1,6 +1,7 @@
 """What is learned of each source, from drawn innovations whose size and memory are known."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -171,8 +172,8 @@ def test_without_a_compiler_the_same_is_learned(monkeypatch: pytest.MonkeyPatch)
     drawn = lasting(200, 0.4, 0.03)
     drawn[50, 2], drawn[60] = np.nan, np.nan
     fast = learned(drawn, NOISE)[-1]
-    plain = getattr(sources.learn_kernel, "py_func", sources.learn_kernel)
-    monkeypatch.setattr(sources, "learn_kernel", plain)
+    kernel: Any = sources.learn_kernel
+    monkeypatch.setattr(sources, "learn_kernel", kernel.py_func)
     slow = learned(drawn, NOISE)[-1]
     for name in SourceMemory.__slots__:
         np.testing.assert_allclose(getattr(slow, name), getattr(fast, name), rtol=1e-9)

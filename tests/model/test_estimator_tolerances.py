@@ -282,9 +282,9 @@ WITHOUT = """
 import sys
 sys.modules["numba"] = None
 import numpy as np
-from model.compiled import COMPILED
+from model.compiled import compiles
 from tests.model.test_estimator_tolerances import SETTINGS, one_step
-assert not COMPILED
+assert not compiles()
 _, companions, apart = one_step(SETTINGS)
 np.savez(sys.argv[1], twist=companions.twist, velocity=apart.velocity_B, load=apart.load_share)
 """

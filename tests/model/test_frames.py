@@ -157,13 +157,13 @@ WITHOUT = """
 import sys
 sys.modules["numba"] = None
 import numpy as np
-from model.compiled import COMPILED
+from model.compiled import compiles
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.quasistatic.frame import prepare, solve_frame
 from model.values.legs import FootMotion
 from tests.model.coulomb_frames import frames
 from tests.model.test_frames import WEIGHT_N, contact
-assert not COMPILED
+assert not compiles()
 prepare()
 feet = frames("random", 25, 6, np.random.default_rng(1))
 out = [solve_frames(feet, contact(6), WEIGHT_N, law=law).velocity_B for law in FrictionLaw]
@@ -183,7 +183,7 @@ def test_without_a_compiler_it_gives_the_same(tmp_path: Path) -> None:
     close(plain["one"], solve_frames(feet, contact(6), WEIGHT_N).velocity_B[0], 1.0)
 
 
-@pytest.mark.skipif(not compiled.COMPILED, reason="numba is not installed")
+@pytest.mark.skipif(not compiled.compiles(), reason="numba is not installed")
 @pytest.mark.parametrize("module", ["model.estimator.frame_kernel", "sim_hw.plant.leg_kernel"])
 def test_the_sources_of_a_kernel_are_all_that_an_interpreter_loads_for_it(module: str) -> None:
     """Importing the module alone loads no module of these packages that its stamp does not know."""

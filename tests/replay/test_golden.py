@@ -60,7 +60,7 @@ sys.modules["numba"] = None
 from pathlib import Path
 from model import compiled
 from robot.replay.ticks import replay_log
-assert not compiled.COMPILED
+assert not compiled.compiles()
 found = [replay_log(Path(path)) for path in sys.argv[1:]]
 print(json.dumps([[f.equal, f.equal_bits, f.ticks] for f in found]))
 """

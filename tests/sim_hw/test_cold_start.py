@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from model.compiled import COMPILED
+from model.compiled import compiles
 from tests.soaked import soaked
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -57,7 +57,7 @@ EFFECTS = (
 )  # fmt: skip
 
 
-@pytest.mark.skipif(not COMPILED, reason="numba is not there")
+@pytest.mark.skipif(not compiles(), reason="numba is not there")
 @pytest.mark.parametrize("effects", soaked([(), EFFECTS], lambda effects: not effects, " ".join))
 def test_nothing_is_compiled_once_the_virtual_robot_answers(
     tmp_path: Path, effects: tuple[str, ...]

@@ -64,7 +64,7 @@ def test_compiled_steps_are_those_taken_one_at_a_time(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     at_once = walked(PLANTS[name])
-    monkeypatch.setattr(world_module, "COMPILED", False)
+    monkeypatch.setattr(world_module, "compiles", lambda: False)
     one_by_one = walked(PLANTS[name])
     for made, expected in zip(at_once, one_by_one, strict=True):
         np.testing.assert_array_equal(made, expected)

@@ -13,7 +13,7 @@ from typing import Any
 
 import mujoco
 
-from model.compiled import COMPILED
+from model.compiled import compiles
 
 
 @contextmanager
@@ -44,7 +44,7 @@ def _say_nothing(words: str) -> None:
 @cache
 def _still_clock() -> Any:
     """A function of C that always returns 0; None without a compiler."""
-    if not COMPILED:
+    if not compiles():
         return None
     import numba
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from model.compiled import COMPILED
+from model.compiled import compiles
 from robot.config.robot_file import load_robot
 from robot.console.progress import LABEL, CompileLine
 from robot.control.controller import Controller
@@ -25,7 +25,7 @@ from model.motion.differentiate import latest_rate
 print(latest_rate(np.arange(3), np.zeros((3, 1)))[0] == 0)
 """
 
-pytestmark = pytest.mark.skipif(not COMPILED, reason="numba is not there")
+pytestmark = pytest.mark.skipif(not compiles(), reason="numba is not there")
 
 
 def _run(cache: Path) -> subprocess.CompletedProcess[str]:
@@ -73,5 +73,5 @@ def test_no_tick_can_wait_for_the_compiler() -> None:
         measurements.feet_stack_kernel, output.readout_kernel,
     ]  # fmt: skip
     for kernel in called:
-        assert kernel.signatures, kernel
-        assert not kernel._can_compile, kernel
+        assert kernel.dispatcher().signatures, kernel
+        assert not kernel.dispatcher()._can_compile, kernel

@@ -75,4 +75,4 @@ def test_it_makes_the_kernels_of_a_drive(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.undo()
     compile_ahead()
     kernel: Any = tolerance_kernel.tolerance_kernel  # its types do not know of the compiler
-    assert kernel.signatures
+    assert kernel.dispatcher().signatures
