@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from model.estimator import sources as source
+from model.estimator.filterpy_filter import kalman_filter_class
 from model.estimator.gate_kernel import gate_kernel
 from model.estimator.settings import EstimatorSettings, record_of
 from model.values.arrays import FloatArray, IntArray, readonly
@@ -81,12 +82,12 @@ class Kalman:
     """
 
     def __init__(self, size: int, first_limited: int, settings: EstimatorSettings) -> None:
-        from filterpy.kalman import KalmanFilter  # a second, which not every command needs
-
         self._settings, self._first_limited = settings, first_limited
         self._record = record_of(settings, 1.0)
         self._reject_limit, self._limit = settings.reject_limit, settings.parameter_limit
-        self._filter = KalmanFilter(size, 1)
+        self._filter = kalman_filter_class()(
+            size, 1
+        )  # loads filterpy, which not every command needs
         self._no_error = readonly(np.zeros(size))
 
     def predict(
