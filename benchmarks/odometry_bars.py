@@ -112,15 +112,15 @@ def judge(folder: Path, world: World) -> list[Judged]:
             tracker.take(seen.unix_ns, seen.tick.sensed)
         found = compare_methods(TrackedLog(log, config, tracker.track()))
         mine, naive = found.errors[:2]
-        ok = np.array([one.health is Health.OK for one in found.track.estimates])
+        ok = np.array([one is Health.OK for one in found.track.estimates.healths])
         with np.errstate(invalid="ignore"):
             both = [
                 np.nanmean(x[ok]) if ok.any() else np.nan
                 for x in (found.twist_nees, found.pose_nees)
             ]
         outside = found.twist_nees > chi2.ppf(0.99, 3)
-        used = found.track.column(lambda e: e.source_dof).sum(axis=0)
-        squared = np.nansum(found.track.column(lambda e: e.source_nis), axis=0)
+        used = found.track.column("source_dof").sum(axis=0)
+        squared = np.nansum(found.track.column("source_nis"), axis=0)
         judged.append(Judged(
             world, mode, float(ok.mean()), np.array(both),
             np.array([part.mean() > OUTSIDE for part in stretches(outside)]),

@@ -56,7 +56,7 @@ class Odometry:
     @property
     def health(self) -> tuple[str, ...]:
         """``ok``, ``degraded`` or ``lost`` at each tick."""
-        return tuple(one.health.value for one in self.comparison.track.estimates)
+        return tuple(one.value for one in self.comparison.track.estimates.healths)
 
     @property
     def truth(self) -> Motion | None:

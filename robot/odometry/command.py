@@ -107,7 +107,8 @@ def _verdict(
 ) -> ExitCode:
     """Say what is bad about an answer, and how the command ends."""
     estimates = comparison.track.estimates
-    lost = [estimate.reason for estimate in estimates if estimate.health is Health.LOST]
+    verdicts = zip(estimates.healths, estimates.reasons, strict=True)
+    lost = [reason for health, reason in verdicts if health is Health.LOST]
     span = judged_part(log)
     blind = int(np.isnan(log.rate_rad_s[span] + log.angle_rad[span]).all(axis=1).sum())
     verdict = ExitCode.OK

@@ -156,9 +156,7 @@ def compare_methods(
         alone,
         truth=truth,
         errors=tuple(track_errors(one, truth) for one in motions),
-        twist_nees=nees(
-            run.velocity_B - truth.velocity_B, run.column(lambda e: e.twist_covariance)
-        ),
+        twist_nees=nees(run.velocity_B - truth.velocity_B, run.column("twist_covariance")),
         pose_nees=nees(run.pose - truth.pose, run.displacement_covariance),
     )
 

@@ -189,8 +189,8 @@ def leg_panel(comparison: OdometryComparison, ax: Axes, what: str) -> None:
     run, names = comparison.track, comparison.names
     some = thin(len(run.t_s), MOST_OF_A_BAND)
     half = (len(names) + 1) // 2
-    value = run.column(lambda e: getattr(e, what))[some]
-    sd = value * run.column(lambda e: getattr(e, f"{what}_sd"))[some]
+    value = run.column(what)[some]
+    sd = value * run.column(f"{what}_sd")[some]
     for k, name in enumerate(names):
         colour, style = leg_line(k, half)
         ax.plot(run.t_s[some], value[:, k], lw=1, color=colour, ls=style, label=name)

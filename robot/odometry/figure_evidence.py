@@ -72,7 +72,7 @@ def velocity_figure(comparison: OdometryComparison) -> Figure:
     figure = Figure(figsize=(WIDTH_IN, 4.8), layout="constrained")
     axes = figure.subplots(3, 1, sharex=True)
     error = 1e3 * (run.velocity_B - comparison.truth.velocity_B)
-    covariance = run.column(lambda e: e.twist_covariance)
+    covariance = run.column("twist_covariance")
     sd = 1e3 * np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     some, few = thin(len(error)), thin(len(error), MOST_OF_A_BAND)
     labels = ("vx [mm/s]", "vy [mm/s]", "yaw rate [mrad/s]")

@@ -52,13 +52,14 @@ def poor_health(track: Track) -> list[PoorHealth]:
     words: defaultdict[str, Counter[str]] = defaultdict(Counter)
     rows: defaultdict[str, list[int]] = defaultdict(list)
     lost: set[str] = set()
-    for row, one in enumerate(track.estimates):
-        if one.health is Health.OK:
+    verdicts = zip(track.estimates.healths, track.estimates.reasons, strict=True)
+    for row, (health, text) in enumerate(verdicts):
+        if health is Health.OK:
             continue
-        for reason in one.reason.split(BETWEEN):
+        for reason in text.split(BETWEEN):
             kind = NUMBER.sub("#", reason)
             words[kind][reason] += 1
-            if one.health is Health.LOST:
+            if health is Health.LOST:
                 lost.add(kind)
             if rows[kind][-1:] != [row]:
                 rows[kind].append(row)
@@ -99,8 +100,8 @@ def noticed(track: Track) -> list[Noticed]:
     """Return what was noticed, the longest first; remarks that differ in their numbers only are one."""
     words: dict[str, str] = {}
     rows: defaultdict[str, list[int]] = defaultdict(list)
-    for row, one in enumerate(track.estimates):
-        for remark in filter(None, one.remark.split(BETWEEN)):
+    for row, text in enumerate(track.estimates.remarks):
+        for remark in filter(None, text.split(BETWEEN)):
             kind = NUMBER.sub("#", remark)
             words[kind] = remark
             rows[kind].append(row)
@@ -112,7 +113,7 @@ def noticed(track: Track) -> list[Noticed]:
 
 def share_of(track: Track, health: Health) -> float:
     """Share of the ticks of a health."""
-    return float(np.mean([one.health is health for one in track.estimates]))
+    return float(np.mean([one is health for one in track.estimates.healths]))
 
 
 def periods(t_s: FloatArray, rows: list[int]) -> FloatArray:

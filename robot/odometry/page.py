@@ -171,7 +171,7 @@ def _errors(comparison: OdometryComparison) -> list[PagePart]:
 
 def _health(comparison: OdometryComparison) -> PagePart:
     run = comparison.track
-    healths, reasons = [one.health for one in run.estimates], poor_health(run)
+    healths, reasons = run.estimates.healths, poor_health(run)
     rows = [
         (str(number), one.words, one.health.value, f"{100 * one.share:.1f} %", one.times)
         for number, one in enumerate(reasons[:MOST_REASONS], 1)

@@ -86,8 +86,8 @@ class Rejected:
 
 def sources_of(track: Track) -> list[SourceFit]:
     """Return each kind of measurement that was used at least once."""
-    squared = np.nan_to_num(track.column(lambda e: e.source_nis))
-    numbers = track.column(lambda e: e.source_dof).astype(np.int64)
+    squared = np.nan_to_num(track.column("source_nis"))
+    numbers = track.column("source_dof").astype(np.int64)
     fits = [SourceFit(NAMES[kind], squared[:, kind], numbers[:, kind]) for kind in NAMES]
     return [one for one in fits if one.numbers.any()]
 

@@ -1,7 +1,7 @@
 """The estimator over the ticks of a log: the loop's own stage, with what the loop knew at each tick."""
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -19,6 +19,7 @@ from record.log.reader import LogContents, StampedTick
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
 from robot.control.estimator_stage import TickEstimator
+from robot.odometry.estimates import EstimateColumns, EstimateSeries
 from robot.odometry.request import believed_robot
 from robot.requests.recorded import OdomRequest
 
@@ -43,7 +44,7 @@ class Track:
 
     t_s: FloatArray
     unix_ns: IntArray
-    estimates: tuple[Estimate, ...]
+    estimates: EstimateSeries
     states: tuple[EstimatorState, ...]
     step_us: FloatArray
     rejections: BoolArray
@@ -53,24 +54,24 @@ class Track:
         """Return some of the ticks."""
         return Track(*(getattr(self, field.name)[span] for field in fields(self)))
 
-    def column(self, take: Callable[[Estimate], object]) -> FloatArray:
-        """Stack something of each estimate, (T, ...)."""
-        return np.array([take(estimate) for estimate in self.estimates], dtype=np.float64)
+    def column(self, name: str) -> FloatArray:
+        """Return a field of each estimate, (T, ...); its names are those of ``Estimate``."""
+        return self.estimates.column(name)
 
     @cached_property
     def pose(self) -> FloatArray:
         """x, y [m], yaw [rad], (T, 3)."""
-        return self.column(lambda e: (*e.position_m, e.yaw_rad))
+        return np.column_stack([self.column("position_m"), self.column("yaw_rad")])
 
     @cached_property
     def velocity_B(self) -> FloatArray:  # noqa: N802 - frame suffix
         """Body velocity: vx, vy [m/s], yaw rate [rad/s], (T, 3)."""
-        return self.column(lambda e: e.velocity_B)
+        return self.column("velocity_B")
 
     @cached_property
     def force_B(self) -> FloatArray:  # noqa: N802
         """Predicted foot forces, (T, N, 3) [N]."""
-        return self.column(lambda e: e.force_B)
+        return self.column("force_B")
 
     @cached_property
     def displacement_covariance(self) -> FloatArray:
@@ -79,8 +80,8 @@ class Track:
         Once an absolute pose is used, the pose does not hang on the first one any more: then it is the sum
         of both covariances. Of robots of other tolerances only how far they part from then on counts.
         """
-        apart = self.column(lambda e: e.companion_pose)
-        covariance = self.column(lambda e: e.pose_covariance) - paired_covariance(apart)
+        apart = self.column("companion_pose")
+        covariance = self.column("pose_covariance") - paired_covariance(apart)
         moved = self.pose - self.pose[0]
         # a turn at the first tick moves all later places
         carried = np.tile(np.eye(3), (len(moved), 1, 1))
@@ -100,13 +101,14 @@ class Track:
     @cached_property
     def nis_over_dof(self) -> FloatArray:
         """Normalised innovations squared over their numbers, of the ticks with a measurement."""
-        nis, dof = self.column(lambda e: e.nis), self.column(lambda e: e.nis_dof)
+        nis, dof = self.column("nis"), self.column("nis_dof")
         return nis[dof > 0] / dof[dof > 0]
 
     @property
     def rejected(self) -> int:
         """Measurements rejected since the first tick."""
-        return self.estimates[-1].rejects - self.estimates[0].rejects
+        first, last = self.column("rejects")[[0, -1]]
+        return int(last - first)
 
 
 class Tracker:
@@ -128,7 +130,7 @@ class Tracker:
         self._no_forces, self._no_imu = no_forces, no_imu
         self._keep_states = keep_states
         self._unix_ns: list[int] = []
-        self._estimates: list[Estimate] = []
+        self._estimates = EstimateColumns()
         self._states: list[EstimatorState] = []
         self._step_us: list[float] = []
         self._rejections: list[BoolArray] = []
@@ -150,8 +152,9 @@ class Tracker:
         """Advance by a tick that was at a UNIX time, and keep the estimate."""
         before = self._estimator.memory.estimator.state
         began = time.perf_counter_ns()
-        self._estimates.append(self.step(tick))
+        estimate = self.step(tick)
         self._step_us.append((time.perf_counter_ns() - began) / 1e3)
+        self._estimates.add(estimate)
         self._unix_ns.append(unix_ns)
         after = self._estimator.memory.estimator.state
         self._rejections.append(_rejected(before, after))
@@ -168,13 +171,13 @@ class Tracker:
         Raises:
             ModelError: There was no tick.
         """
-        if not self._estimates:
+        if not self._unix_ns:
             raise ModelError("there is no tick to estimate from; record a longer walk")
         unix_ns = np.array(self._unix_ns)
         return Track(
             t_s=(unix_ns - unix_ns[0]) * 1e-9,
             unix_ns=unix_ns,
-            estimates=tuple(self._estimates),
+            estimates=self._estimates.estimates(),
             states=tuple(self._states),
             step_us=np.array(self._step_us),
             rejections=np.array(self._rejections),

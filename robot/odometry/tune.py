@@ -111,7 +111,7 @@ def _with(
 
 def _likelihood(walk: TuningWalk, settings: EstimatorSettings) -> float:
     open_gates = replace(settings, gate_load=1e12, gate_pair=1e12)
-    likelihood = _track(walk, open_gates).column(lambda e: e.log_likelihood)
+    likelihood = _track(walk, open_gates).column("log_likelihood")
     return float(likelihood[np.isfinite(likelihood)].sum())
 
 
@@ -130,9 +130,9 @@ def whiteness(walks: list[TuningWalk], settings: EstimatorSettings) -> Whiteness
     ratios, bands, pairs, rejected = [], [], [], 0
     for walk in walks:
         run = _track(walk, settings)
-        innovation = run.column(lambda e: e.innovation)
+        innovation = run.column("innovation")
         felt = np.isfinite(innovation).any(axis=(1, 2))  # an IMU is heard between forces as well
-        nis, dof = run.column(lambda e: e.nis)[felt], run.column(lambda e: e.nis_dof)[felt]
+        nis, dof = run.column("nis")[felt], run.column("nis_dof")[felt]
         ratios.append(nis / dof)
         bands += [
             in_band(nis[dof == d], d) * int((dof == d).sum()) for d in set(dof[dof > 0].tolist())

@@ -17,7 +17,8 @@ ITS_DENSITY = """
 filtering.predict()
 filtering.update(1.0)
 import math, filterpy.stats
-print(filtering.log_likelihood, filterpy.stats.logpdf(1.0, 0.0, 4.0), filterpy.stats.norm_cdf((-1.0, 1.0), 0.0, 1.0))
+print(filtering.log_likelihood, filterpy.stats.logpdf(1.0, 0.0, 4.0),
+      filterpy.stats.norm_cdf((-1.0, 1.0), 0.0, 1.0))
 import scipy.stats
 print(scipy.stats.norm.cdf(0.0), scipy.stats.__file__ is not None)
 """

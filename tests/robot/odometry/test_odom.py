@@ -149,7 +149,7 @@ def test_the_robot_file_s_own_settings_count(
 
 def test_the_covariance_of_a_way_begins_with_it(walk: TrackedLog) -> None:
     run = walk.track.part(walking_part(walk.log))
-    before = run.column(lambda e: e.pose_covariance)
+    before = run.column("pose_covariance")
     sd = np.sqrt(np.diagonal(run.displacement_covariance, axis1=1, axis2=2))
     np.testing.assert_allclose(sd[0], START_SD, rtol=1e-6)
     assert (sd[-1] < np.sqrt(np.diagonal(before[-1]))).all()
@@ -264,7 +264,7 @@ def test_smoothing_begins_from_the_states_of_the_same_filter(
     np.testing.assert_array_equal(np.array([s.mean[:3] for s in kept.states]), plain.pose)
     covariance = np.array([s.covariance[:3, :3] for s in kept.states])
     apart = np.array([s.companions.pose_covariance for s in kept.states])
-    np.testing.assert_array_equal(covariance + apart, plain.column(lambda e: e.pose_covariance))
+    np.testing.assert_array_equal(covariance + apart, plain.column("pose_covariance"))
     assert bool(words) == bool((usual.pose != plain.pose).any())
     mean, spread = smooth(kept.states)
     np.testing.assert_array_equal(mean[-1, :3], plain.pose[-1])
@@ -329,7 +329,7 @@ def test_effects_of_the_robot_file_are_taken_into_account(
     table_of = "[effects.force_bias.ML]\nx_n = 0.5\ny_n = -0.5\nz_n = -3.0\n"
     undone, plain = track(off, parse_robot(f"{CONFIG.text}\n{table_of}")), walk.track.part(span)
     assert np.allclose(undone.pose, plain.pose, atol=1e-5)
-    stiffness, usual = (run.column(lambda e: e.stiffness) for run in (undone, plain))
+    stiffness, usual = (run.column("stiffness") for run in (undone, plain))
     assert np.allclose(stiffness, usual, rtol=1e-3)
     heavy = tmp_path / "heavy.toml"
     heavy.write_text(f"{CONFIG.text}\n{HEAVY}")

@@ -146,7 +146,7 @@ def test_reasons_and_rejections_are_on_the_page_with_their_times(
     for one in loads:
         assert f"load {one.leg} {one.count} over 3.3 sd from what was expected" in text
     kind, verdict = verdict_of(troubled)
-    assert kind == ("fail" if any(e.health is Health.LOST for e in run.estimates) else "warn")
+    assert kind == ("fail" if Health.LOST in run.estimates.healths else "warn")
     assert "% of the time" in verdict
 
 
@@ -270,14 +270,12 @@ def test_innovations_of_white_noise_have_a_mean_of_one_and_stay_in_their_band() 
 
 def test_sources_add_up_what_each_foot_s_innovation_says(found: OdometryComparison) -> None:
     fits = {one.name: one for one in sources_of(found.track)}
-    normal = found.track.column(lambda e: e.innovation)
+    normal = found.track.column("innovation")
     load = normal[..., 2][np.isfinite(normal[..., 2])]
     assert fits["load"].numbers.sum() == len(load)
     # what one foot carries too much, others carry too little: they are not independent
     assert fits["load"].mean == pytest.approx(np.mean(load**2), rel=0.3)
-    gauge = found.track.column(lambda e: e.nis_dof).sum() - sum(
-        f.numbers.sum() for f in fits.values()
-    )
+    gauge = found.track.column("nis_dof").sum() - sum(f.numbers.sum() for f in fits.values())
     assert 0 < gauge < len(found.track.t_s)
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from model.values.estimate import Health
 from robot.odometry.compare import OdometryComparison, compare_methods
+from robot.odometry.estimates import EstimateSeries
 from robot.odometry.figure import drawing
 from robot.odometry.health import poor_health
 from robot.odometry.metrics import Motion, TrackErrors
@@ -43,7 +44,7 @@ def with_reasons(found: OdometryComparison, reasons: list[str]) -> OdometryCompa
     fine = replace(estimates[0], health=Health.OK, reason="")
     told = [replace(fine, health=Health.DEGRADED, reason=reason) for reason in reasons]
     rest = [fine] * (len(estimates) - len(told))
-    return replace(found, track=replace(found.track, estimates=(*told, *rest)))
+    return replace(found, track=replace(found.track, estimates=EstimateSeries.of([*told, *rest])))
 
 
 def test_a_reason_keeps_its_numbers_and_reasons_that_differ_in_numbers_are_one_row(
@@ -65,7 +66,7 @@ def test_a_tick_with_two_reasons_counts_in_each_and_a_reason_s_worst_health_is_i
     estimates = list(both.track.estimates)
     estimates[2] = replace(estimates[2], health=Health.LOST)
     estimates[5] = replace(estimates[5], health=Health.DEGRADED, reason="picked up")
-    up, forces = poor_health(replace(both.track, estimates=tuple(estimates)))
+    up, forces = poor_health(replace(both.track, estimates=EstimateSeries.of(estimates)))
     assert (up.health, up.reason, up.ticks) == (Health.LOST, "picked up", 4)
     assert (forces.health, forces.ticks) == (Health.DEGRADED, 1)
     t_s = both.track.t_s

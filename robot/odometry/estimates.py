@@ -1,0 +1,137 @@
+"""Estimates of many ticks as columns: of an hour they take half a gigabyte, and as objects four."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import fields
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.values.arrays import FloatArray, readonly
+from model.values.estimate import Estimate, Health
+
+BLOCK = 1024  # rows
+HEALTHS = tuple(Health)
+HEALTH, TEXTS = "health", ("reason", "remark")
+NAMES = tuple(field.name for field in fields(Estimate))
+REAL = {field.name for field in fields(Estimate) if field.type is float}
+Columns = dict[str, NDArray[Any]]
+
+
+class EstimateSeries(Sequence[Estimate]):
+    """Estimates of T ticks; one that is asked for is put together from the columns.
+
+    Args:
+        columns: Each field of ``Estimate`` in all ticks, (T, ...); health and texts by their numbers.
+        texts: The texts that are numbered.
+    """
+
+    def __init__(self, columns: Columns, texts: Sequence[str]) -> None:
+        self._columns, self._texts = columns, texts
+
+    @classmethod
+    def of(cls, estimates: Iterable[Estimate]) -> "EstimateSeries":
+        """Return estimates as columns.
+
+        Args:
+            estimates: At least one, all of the same robot.
+        """
+        made = EstimateColumns()
+        for estimate in estimates:
+            made.add(estimate)
+        return made.estimates()
+
+    def __len__(self) -> int:
+        return len(self._columns["t_ns"])
+
+    @overload
+    def __getitem__(self, at: int) -> Estimate: ...
+    @overload
+    def __getitem__(self, at: slice) -> "EstimateSeries": ...
+    def __getitem__(self, at: int | slice) -> "Estimate | EstimateSeries":
+        if isinstance(at, slice):
+            return EstimateSeries({name: of[at] for name, of in self._columns.items()}, self._texts)
+        values: dict[str, Any] = {
+            name: of[at] if of.ndim > 1 else of[at].item() for name, of in self._columns.items()
+        }
+        values[HEALTH] = HEALTHS[values[HEALTH]]
+        for name in TEXTS:
+            values[name] = self._texts[values[name]]
+        return Estimate(**values)
+
+    def column(self, name: str) -> FloatArray:
+        """Return a field in numbers of every tick, (T, ...).
+
+        Args:
+            name: Of the field; not that of the health or of a text.
+        """
+        if name == HEALTH or name in TEXTS:
+            raise KeyError(name)
+        return self._columns[name].astype(np.float64, copy=False)
+
+    @property
+    def healths(self) -> list[Health]:
+        """The verdict in every tick."""
+        return [HEALTHS[code] for code in self._columns[HEALTH].tolist()]
+
+    @property
+    def reasons(self) -> list[str]:
+        """Why it is not ok, in every tick."""
+        return self._text("reason")
+
+    @property
+    def remarks(self) -> list[str]:
+        """What does not agree with the robot file or the ground, in every tick."""
+        return self._text("remark")
+
+    def _text(self, name: str) -> list[str]:
+        return [self._texts[code] for code in self._columns[name].tolist()]
+
+
+class EstimateColumns:
+    """Columns that grow by an estimate at a time."""
+
+    def __init__(self) -> None:
+        self._codes: dict[str, int] = {}
+        self._full: defaultdict[str, list[NDArray[Any]]] = defaultdict(list)
+        self._block: Columns = {}
+        self._row = 0
+
+    def __len__(self) -> int:
+        return sum(map(len, self._full["t_ns"])) + self._row
+
+    def add(self, estimate: Estimate) -> None:
+        """Add the estimate of the next tick."""
+        if self._row == BLOCK or not self._block:
+            self._begin_block(estimate)
+        row, codes, block = self._row, self._codes, self._block
+        for name in NAMES:
+            value = getattr(estimate, name)
+            if name == HEALTH:
+                value = HEALTHS.index(value)
+            elif name in TEXTS:
+                value = codes.setdefault(value, len(codes))
+            block[name][row] = value
+        self._row = row + 1
+
+    def estimates(self) -> EstimateSeries:
+        """Return all estimates so far, at least one."""
+        self._end_block()
+        columns = {}
+        for name in NAMES:  # one after the other: only one of them is there twice at a time
+            columns[name] = readonly(np.concatenate(self._full[name]))
+            self._full[name] = [columns[name]]
+        return EstimateSeries(columns, tuple(self._codes))
+
+    def _begin_block(self, estimate: Estimate) -> None:
+        self._end_block()
+        for name in NAMES:
+            value = np.asarray(0 if name == HEALTH or name in TEXTS else getattr(estimate, name))
+            kind = np.dtype(np.float64) if name in REAL else value.dtype
+            self._block[name] = np.empty((BLOCK, *value.shape), dtype=kind)
+
+    def _end_block(self) -> None:
+        for name, block in self._block.items():
+            self._full[name].append(block[: self._row])
+        self._block, self._row = {}, 0
