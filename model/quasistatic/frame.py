@@ -1,7 +1,10 @@
 """One frame of the whole model: support, then traction (the paper's steps A and B).
 
-Called once a tick: one compiled call in, one array of numbers out, in microseconds.
+Called once a tick: one compiled call in, one array of numbers out, in microseconds. Or for all frames of a
+walk at once, with the same answers to the bit.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -93,6 +96,46 @@ def frame_forces(feet: FootMotion, contact: ContactParameters, weight_n: float) 
     return numbers[6 + 3 * legs :].reshape(legs, 3)
 
 
+class WalkSolution(NamedTuple):
+    """What ``solve_frame`` says of T frames; NaN where there is no answer.
+
+    Attributes:
+        height_m: Of the body origin over the ground, (T,) [m].
+        velocity_B: vx, vy [m/s], yaw rate [rad/s], (T, 3).
+        force_B: On each foot, (T, N, 3) [N].
+    """
+
+    height_m: FloatArray
+    velocity_B: FloatArray  # noqa: N815 - frame suffix
+    force_B: FloatArray  # noqa: N815
+
+
+def solve_walk(feet: FootMotion, contact: ContactParameters, weight_n: float) -> WalkSolution:
+    """``solve_frame`` of every frame of a walk.
+
+    Args:
+        feet: Unloaded feet in the body frame, (T, N, 3) each.
+        contact: Leg springs and friction.
+        weight_n: Weight carried [N].
+
+    Raises:
+        ModelError: Shapes do not fit.
+    """
+    position, velocity = feet.position_m, feet.velocity_m_s
+    shape = (len(position), len(contact.mu), 3)
+    if position.shape != shape or velocity.shape != shape or 0 in shape[1:]:
+        raise ModelError(f"feet must be {shape}, not {position.shape} and {velocity.shape}")
+    numbers = np.empty((len(position), 6 + 6 * shape[1]))
+    prepare()
+    compile_for(walk_frames_kernel, *given(3, 3, 1, 1, 2), NUMBER, *out(2))
+    walk_frames_kernel(
+        np.ascontiguousarray(position), np.ascontiguousarray(velocity),
+        contact.stiffness, contact.mu, contact.anisotropy, weight_n, numbers,
+    )  # fmt: skip
+    forces = numbers[:, 6 + 3 * shape[1] :].reshape(shape)
+    return WalkSolution(numbers[:, 2].copy(), numbers[:, 3:6].copy(), forces.copy())
+
+
 def _solved(
     feet: FootMotion, contact: ContactParameters, weight_n: float
 ) -> tuple[int, int, FloatArray, BoolArray]:
@@ -166,3 +209,23 @@ def frame_kernel(
         if not loaded[k]:
             slip[k, 0] = slip[k, 1] = np.nan
     return status, 0
+
+
+@compiled
+def walk_frames_kernel(
+    feet: FloatArray, feet_velocity: FloatArray, stiffness: FloatArray, mu: FloatArray,
+    anisotropy: FloatArray, load: float, numbers: FloatArray,
+) -> None:  # fmt: skip
+    """``frame_kernel`` of T frames; ``numbers`` are (T, 6 + 6 N)."""
+    loaded = np.empty(feet.shape[1], dtype=np.bool_)
+    for frame in range(len(feet)):
+        frame_kernel(
+            feet[frame],
+            feet_velocity[frame],
+            stiffness,
+            mu,
+            anisotropy,
+            load,
+            numbers[frame],
+            loaded,
+        )

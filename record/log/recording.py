@@ -1,6 +1,7 @@
 """A log as arrays: T ticks of N legs and J joints, for tables, plots and comparisons."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Annotated, Any, NamedTuple, get_origin, get_type_hints
@@ -186,6 +187,7 @@ STACKS: Mapping[str, Stack] = {
     for name, kind in get_type_hints(Recording, include_extras=True).items()
     if get_origin(kind) is Annotated
 }
+ARRAYS = ("t_s", *STACKS)
 
 
 def build_recording(
@@ -252,21 +254,25 @@ def recording_of(
     )
 
 
-def join_recordings(parts: Sequence[Recording], damage: str) -> Recording:
+def join_recordings(parts: Iterable[Recording], damage: str) -> Recording:
     """Put blocks of one log together, in order.
+
+    Of blocks that nobody else holds, only one field at a time is in memory twice.
 
     Args:
         parts: The blocks, at least one.
         damage: How the whole is damaged, empty if it is not.
     """
-    begins = np.cumsum([0, *(len(part.t_s) for part in parts)]).tolist()
-    faults = tuple(
-        (begin + number, fault)
-        for begin, part in zip(begins, parts, strict=False)
-        for number, fault in part.faults
-    )
-    joined = _each_array(lambda name: np.concatenate([getattr(part, name) for part in parts]))
-    return replace(parts[-1], **joined, faults=faults, damage=damage)
+    fields: defaultdict[str, list[NDArray[Any]]] = defaultdict(list)
+    faults: list[tuple[int, Fault]] = []
+    ticks = 0
+    for part in parts:
+        for name in ARRAYS:
+            fields[name].append(getattr(part, name))
+        faults += ((ticks + number, fault) for number, fault in part.faults)
+        ticks += len(part.t_s)
+    joined = _each_array(lambda name: np.concatenate(fields.pop(name)))
+    return replace(part, **joined, faults=tuple(faults), damage=damage)
 
 
 def thin_recording(log: Recording, step: int) -> Recording:
@@ -281,4 +287,4 @@ def thin_recording(log: Recording, step: int) -> Recording:
 
 
 def _each_array(make: Callable[[str], NDArray[Any]]) -> dict[str, Any]:
-    return {name: readonly(make(name)) for name in ("t_s", *STACKS)}
+    return {name: readonly(make(name)) for name in ARRAYS}

@@ -11,11 +11,10 @@ import numpy as np
 from gap.interfaces import DataFault
 from model.errors import BigantError, ConfigError, RecordError
 from model.kinematics.legs import leg_kinematics
-from model.quasistatic.frame import solve_frame
+from model.quasistatic.frame import solve_walk
 from model.values.arrays import FloatArray
 from model.values.estimate import Estimate
 from model.values.gravity import STANDARD_GRAVITY
-from model.values.legs import FootMotion
 from model.values.tick import Tick
 from record.log.from_trial import left_out, write_trial_log
 from record.trial.column_map import ColumnMap, find_map, map_names, read_column_map
@@ -138,12 +137,12 @@ def reckoned(trial: Trial) -> FloatArray:
     robot = parse_robot(trial.header.robot_text).parameters
     feet = leg_kinematics(robot).feet(trial.shaft_rad, trial.shaft_rad_s)
     weight_n = robot.body.mass * STANDARD_GRAVITY
-    frames = zip(feet.position_m, feet.velocity_m_s, strict=True)
-    motion = np.full((len(trial.time_s), 4), np.nan)
-    for row, (places, speeds) in zip(motion, frames, strict=True):
-        if np.isfinite(places).all() and np.isfinite(speeds).all():
-            answer = solve_frame(FootMotion(places, speeds), robot.contact, weight_n)
-            row[:] = *answer.traction.velocity_B, answer.support.height_m
+    answer = solve_walk(feet, robot.contact, weight_n)
+    motion = np.column_stack([answer.velocity_B, answer.height_m])
+    known = np.isfinite(feet.position_m).all(axis=(1, 2)) & np.isfinite(feet.velocity_m_s).all(
+        axis=(1, 2)
+    )
+    motion[~known] = np.nan
     return motion
 
 

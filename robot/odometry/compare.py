@@ -9,7 +9,7 @@ from model.kinematics.legs import leg_kinematics
 from model.motion.dead_reckoning import advance
 from model.motion.se2 import aligning, compose, integrate
 from model.motion.shaft_speed import agreed_over
-from model.quasistatic.frame import solve_frame
+from model.quasistatic.frame import solve_walk
 from model.values.arrays import BoolArray, FloatArray, root_mean_square
 from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootMotion
@@ -245,20 +245,24 @@ def _solved(
     feet: FootMotion, contact: ContactParameters, weight_n: float
 ) -> tuple[FloatArray, FloatArray]:
     """Velocity and forces by the viscous-Coulomb model with fixed parameters."""
-    frames = map(FootMotion, feet.position_m, feet.velocity_m_s)
-    answers = [solve_frame(frame, contact, weight_n).traction for frame in frames]
-    return np.array([a.velocity_B for a in answers]), np.array([a.force_B for a in answers])
+    answer = solve_walk(feet, contact, weight_n)
+    return answer.velocity_B, answer.force_B
 
 
 def _rigid_stance(feet: FootMotion, loaded: BoolArray) -> FloatArray:
     """Velocity if legs did not slip: the twist that moves loaded feet least over the ground, (T, 3)."""
     velocity = np.full((len(loaded), 3), np.nan)
-    for i, on_ground in enumerate(loaded):
-        place, speed = feet.position_m[i][on_ground], feet.velocity_m_s[i][on_ground]
-        if len(place) < 2:
-            continue
-        rows = np.zeros((2 * len(place), 3))
-        rows[: len(place), 0] = rows[len(place) :, 1] = 1.0
-        rows[:, 2] = [*-place[:, 1], *place[:, 0]]
-        velocity[i] = np.linalg.lstsq(rows, -speed[:, :2].T.ravel(), rcond=None)[0]
+    on_ground = loaded.sum(axis=1)
+    for count in set(on_ground[on_ground >= 2].tolist()):
+        ticks = np.flatnonzero(on_ground == count)
+        feet_there = np.nonzero(loaded[ticks])[1].reshape(-1, count)
+        place = feet.position_m[ticks[:, None], feet_there]
+        speed = feet.velocity_m_s[ticks[:, None], feet_there]
+        rows = np.zeros((len(ticks), 2 * count, 3))
+        rows[:, :count, 0] = rows[:, count:, 1] = 1.0
+        rows[:, :count, 2], rows[:, count:, 2] = -place[..., 1], place[..., 0]
+        still = -np.concatenate([speed[..., 0], speed[..., 1]], axis=1)
+        known = np.isfinite(rows).all(axis=(1, 2))  # of others there is no answer
+        solved = np.linalg.pinv(rows[known]) @ still[known, :, None]
+        velocity[ticks[known]] = solved[..., 0]
     return velocity

@@ -9,7 +9,7 @@ import pytest
 
 from model import compiled
 from model.errors import ModelError
-from model.quasistatic.frame import solve_frame
+from model.quasistatic.frame import solve_frame, solve_walk
 from model.quasistatic.frames import FrictionLaw, Reason, solve_frames
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
@@ -151,6 +151,23 @@ def test_wrong_shapes_say_so() -> None:
         solve_frames(feet, contact(6), 60.0, ground_m=np.zeros(4))
     with pytest.raises(ModelError, match=r"\(N, 3\)"):
         solve_frame(feet, contact(6), 60.0)
+
+
+def test_a_walk_is_solved_as_its_frames_are_to_the_bit() -> None:
+    feet = frames("random", 40, 6, np.random.default_rng(3))
+    position, speed = feet.position_m.copy(), feet.velocity_m_s.copy()
+    position[3], speed[4, 1], speed[5] = np.nan, np.nan, 0.0
+    position[6, :, 0] += 1.0  # it tips
+    walk = solve_walk(FootMotion(position, speed), contact(6), WEIGHT_N)
+    for frame in range(len(position)):
+        one = solve_frame(FootMotion(position[frame], speed[frame]), contact(6), WEIGHT_N)
+        np.testing.assert_array_equal(walk.velocity_B[frame], one.traction.velocity_B)
+        np.testing.assert_array_equal(walk.force_B[frame], one.traction.force_B)
+        np.testing.assert_array_equal(walk.height_m[frame], one.support.height_m)
+    assert np.isnan(walk.velocity_B[[3, 4, 6]]).all()
+    assert np.isfinite(walk.velocity_B[[0, 5]]).all()
+    with pytest.raises(ModelError, match="not"):
+        solve_walk(FootMotion(position[:, :5], speed[:, :5]), contact(6), WEIGHT_N)
 
 
 WITHOUT = """

@@ -1,6 +1,7 @@
 """A log as arrays, block by block, so that memory does not grow with its length."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -62,7 +63,8 @@ def read_log(
         RecordError: The file cannot be opened, or holds no tick that can be read.
     """
     contents = contents or LogContents()
-    return join_recordings(list(read_blocks(path, contents, each=each)), damage=contents.damage)
+    joined = join_recordings(read_blocks(path, contents, each=each), damage="")
+    return replace(joined, damage=contents.damage)
 
 
 def _with_positions(
