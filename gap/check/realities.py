@@ -105,19 +105,20 @@ def figures_of_reality(
 
 def figures_alone(
     name: str,
-    cases: Sequence[tuple[CheckedCase, Collection[str]]],
+    cases: Sequence[tuple[CheckedCase, Collection[str] | None]],
     crashed: Sequence[str] = (),
 ) -> RealityFigures:
     """Count the cases of one reality that were diagnosed without references.
 
     Such a diagnosis names what the simulator lacks, in a healthy robot too: its baseline, the effects that
     healthy runs of this robot show (given with each case). So the true cause should be among what is named,
-    and nothing but the baseline in a healthy robot.
+    and nothing but the baseline in a healthy robot. Where the baseline is not known (None), healthy robots
+    are not counted.
     """
     every = [case for case, _ in cases]
     counted = [(case, known) for case, known in cases if not _cannot_be_seen(case)]
     single = [c for c, _ in counted if c.kind == SINGLE]
-    controls = [(c, known) for c, known in counted if c.kind == CONTROL]
+    controls = [(c, known) for c, known in counted if c.kind == CONTROL and known is not None]
     figures = (
         share(AMONG, (_is_among(c) for c in single), 0.85),
         share(HEALTHY_ALONE, (set(named_effects(c)) <= set(known) for c, known in controls), 0.90),

@@ -70,6 +70,12 @@ def standing_of(references: Sequence[Trial], simulator: Simulator) -> tuple[Caus
     return commission(Study(predictor, (), references=whole_parts(simulator, references)))
 
 
+def enough_conditions(references: Sequence[Trial]) -> bool:
+    """Whether runs differ enough in gait or frequency that causes they share can be told from chance."""
+    conditions = {(one.header.gait, round(one.header.frequency_hz, 3)) for one in references}
+    return len(conditions) >= FEWEST_CONDITIONS
+
+
 def conditions_of(references: Sequence[TrialPart]) -> tuple[TrialPart, ...]:
     """Return one run of some conditions, as different as they are there."""
     seen: dict[tuple[str, float], TrialPart] = {}

@@ -13,7 +13,7 @@ from typing import Any
 from gap.check.cases import CaseAnswer, Named, Remainder, Truth
 from gap.delegate import Without
 from gap.diagnosis.as_json import diagnosis_json
-from gap.diagnosis.commissioning import standing_of
+from gap.diagnosis.commissioning import enough_conditions, standing_of
 from gap.diagnosis.coverage import blind_spots
 from gap.diagnosis.detectable import Detectable
 from gap.diagnosis.diagnose import diagnose_study
@@ -210,6 +210,19 @@ def read_case(
     """
     runs = read_runs(trials, references)
     return runs, Without(runs.simulator(), missing)
+
+
+def baseline_of_case(request: CaseRequest, kept: Path) -> tuple[Cause, ...] | None:
+    """``commission_case``; None where the references are too few to show a baseline.
+
+    Raises:
+        BigantError: A reference cannot be read or compared, or the file holds something else.
+    """
+    causes = commission_case(request, kept)
+    if causes:
+        return causes
+    runs, _ = read_case(request.trials, request.references, request.missing)
+    return causes if enough_conditions(runs.references) else None
 
 
 def commission_case(request: CaseRequest, kept: Path) -> tuple[Cause, ...]:

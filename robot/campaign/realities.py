@@ -30,10 +30,11 @@ from robot.campaign.answers import (
     files_of,
     read_labels,
 )
-from robot.campaign.case import CASES, commission_case
+from robot.campaign.case import CASES, baseline_of_case
 from robot.campaign.reality_text import reality_lines, reality_markdown
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import give_json, to_stdout
+from robot.console.program_output import complain
 from robot.requests.campaign import CampaignScoreRequest
 
 ALL = "all"  # the row of all realities together
@@ -118,11 +119,17 @@ def _alone(
     request: CampaignScoreRequest, cases: Cases, crashed: Crashed
 ) -> tuple[list[RealityFigures], RealityFigures]:
     """Count answers without references against what the references of each reality show."""
-    known = {}
+    known: dict[str, list[tuple[CheckedCase, set[str] | None]]] = {}
     for name, own in cases.items():
         folder = request.campaign / name
         first = blind_requests(files_of(folder, no_references=False), folder)[0]
-        baseline = {one.effect for one in commission_case(first, _out(request, folder) / STANDING)}
+        causes = baseline_of_case(first, _out(request, folder) / STANDING)
+        if causes is None:
+            complain(
+                f"{name}: its references are too few to show a baseline (two gaits or frequencies are "
+                "needed), so its healthy robots are not judged"
+            )
+        baseline = None if causes is None else {one.effect for one in causes}
         known[name] = [(case, baseline) for case in own]
     rows = [figures_alone(name, own, tuple(crashed[name])) for name, own in known.items()]
     return rows, figures_alone(ALL, _joined(known), _joined(crashed))

@@ -237,3 +237,12 @@ def test_without_references_the_true_cause_is_among_the_named_and_nothing_new_in
     assert [one.value for one in row.figures] == [0.5, pytest.approx(2 / 3), 1.0]
     assert [one.met for one in row.figures] == [False, False, False]
     assert worst_reality([row]) is row
+
+
+def test_without_a_baseline_no_healthy_robot_is_judged() -> None:
+    lag = Named("servo_lag", (), (), 0.8)
+    healthy = answered(HEALTHY, lag, verdict="explained")
+    row = figures_alone("r", [(answered(RIGHT, NAMED), None), (healthy, None)])
+    among, nothing_else, _ = row.figures
+    assert (among.value, among.cases) == (1.0, 1)
+    assert (math.isnan(nothing_else.value), nothing_else.cases, nothing_else.met) == (True, 0, None)
