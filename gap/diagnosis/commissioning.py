@@ -71,7 +71,7 @@ def standing_of(references: Sequence[Trial], simulator: Simulator) -> tuple[Caus
 
 
 def enough_conditions(references: Sequence[Trial]) -> bool:
-    """Whether runs differ enough in gait or frequency that causes they share can be told from chance."""
+    """Whether runs differ enough in gait or frequency to show a baseline."""
     conditions = {(one.header.gait, round(one.header.frequency_hz, 3)) for one in references}
     return len(conditions) >= FEWEST_CONDITIONS
 

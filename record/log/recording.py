@@ -257,7 +257,7 @@ def recording_of(
 def join_recordings(parts: Iterable[Recording], damage: str) -> Recording:
     """Put blocks of one log together, in order.
 
-    Of blocks that nobody else holds, only one field at a time is in memory twice.
+    If the caller keeps no reference to the blocks, only one field at a time is in memory twice.
 
     Args:
         parts: The blocks, at least one.
