@@ -84,10 +84,9 @@ class Kernel:
             )
         return self.__call__
 
-    def _first_call(self, *arguments: Any) -> Any:
-        if _spares_the_compiler():
-            return self.py_func(*arguments)
-        return self.dispatcher()(*arguments)
+    def _first_call(self, *arguments: Any, **named: Any) -> Any:
+        called = self.py_func if _spares_the_compiler() else self.dispatcher()
+        return called(*arguments, **named)
 
 
 _SPARED = ContextVar("few calls", default=False)
@@ -123,9 +122,7 @@ def _type_of_kernel(kernel: Kernel, context: Any) -> Any:
 
 def compiled(function: Function) -> Function:
     """Compile a function of numbers and arrays; a division by zero gives inf or NaN, as in numpy."""
-    kernel: Any = Kernel(function, fastmath=False)
-    typed: Function = kernel
-    return typed
+    return _kernel(function, fastmath=False)
 
 
 def compiled_sums(function: Function) -> Function:
@@ -133,8 +130,12 @@ def compiled_sums(function: Function) -> Function:
 
     Results differ from plain Python's in the last bits.
     """
-    kernel: Any = Kernel(function, fastmath=set(ORDER_FREE))
-    typed: Function = kernel
+    return _kernel(function, fastmath=set(ORDER_FREE))
+
+
+def _kernel(function: Function, fastmath: Any) -> Function:
+    kernel: Any = Kernel(function, fastmath)
+    typed: Function = kernel  # to those who call it, it is the function
     return typed
 
 

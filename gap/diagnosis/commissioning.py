@@ -72,15 +72,20 @@ def standing_of(references: Sequence[Trial], simulator: Simulator) -> tuple[Caus
 
 def enough_conditions(references: Sequence[Trial]) -> bool:
     """Whether runs differ enough in gait or frequency to show a baseline."""
-    conditions = {(one.header.gait, round(one.header.frequency_hz, 3)) for one in references}
+    conditions = {_condition(one.header.gait, one.header.frequency_hz) for one in references}
     return len(conditions) >= FEWEST_CONDITIONS
+
+
+def _condition(gait: str, frequency_hz: float) -> tuple[str, float]:
+    """What two runs have alike that were walked under the same condition."""
+    return gait, round(frequency_hz, 3)
 
 
 def conditions_of(references: Sequence[TrialPart]) -> tuple[TrialPart, ...]:
     """Return one run of some conditions, as different as they are there."""
     seen: dict[tuple[str, float], TrialPart] = {}
     for part in references:
-        seen.setdefault((part.gait, round(part.frequency_hz, 3)), part)
+        seen.setdefault(_condition(part.gait, part.frequency_hz), part)
     order = sorted(seen)
     picks = np.linspace(0, len(order) - 1, min(MOST_TRIALS, len(order))).round().astype(int)
     return tuple(seen[order[i]] for i in picks)

@@ -2,7 +2,8 @@
 
 filterpy imports ``scipy.stats`` for the densities of two distributions, which its Kalman filter does not
 use: half a second of every start and 40 MB. So while filterpy is imported, two stand-ins are there in
-their place. They load ``scipy.stats`` when they are used.
+their place. They load ``scipy.stats`` when they are used. filterpy itself is imported with the first
+filter, which not every command needs.
 """
 
 import importlib

@@ -85,9 +85,7 @@ class Kalman:
         self._settings, self._first_limited = settings, first_limited
         self._record = record_of(settings, 1.0)
         self._reject_limit, self._limit = settings.reject_limit, settings.parameter_limit
-        self._filter = kalman_filter_class()(
-            size, 1
-        )  # loads filterpy, which not every command needs
+        self._filter = kalman_filter_class()(size, 1)
         self._no_error = readonly(np.zeros(size))
 
     def predict(

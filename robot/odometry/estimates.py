@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Estimate, Health
+from record.log.estimate_message import HEALTHS
 
 BLOCK = 1024  # rows
-HEALTHS = tuple(Health)
 HEALTH, TEXTS = "health", ("reason", "remark")
 NAMES = tuple(field.name for field in fields(Estimate))
 REAL = {field.name for field in fields(Estimate) if field.type is float}

@@ -10,11 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
-from scipy.stats import chi2
 
 from model.values.arrays import FloatArray
 from robot.odometry.compare import OdometryComparison
-from robot.odometry.metrics import path_length
+from robot.odometry.metrics import chi_squared_quantile, path_length
 from robot.report.plots import STYLE
 
 LAST_S = 20.0  # of velocity and forces that are drawn
@@ -103,7 +102,7 @@ def _unit(comparison: OdometryComparison) -> Unit:
 def _ellipse(place: FloatArray, covariance: FloatArray) -> Ellipse:
     """Where the true place is in 95 of 100 cases, if the covariance is right."""
     variance, axes = np.linalg.eigh(covariance)
-    width, height = 2.0 * np.sqrt(chi2.ppf(SHARE, 2) * np.maximum(variance, 0.0))
+    width, height = 2.0 * np.sqrt(chi_squared_quantile(SHARE, 2) * np.maximum(variance, 0.0))
     angle = float(np.degrees(np.arctan2(axes[1, 0], axes[0, 0])))
     colour = METHOD_COLOURS[0]
     return Ellipse((float(place[0]), float(place[1])), width, height, angle=angle,

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
 
 from model.estimator.settings import EstimatorSettings
 from model.estimator.sources import ABSOLUTE, FORCE, GYRO, LOAD, TILT
 from model.values.arrays import FloatArray, IntArray
 from robot.odometry.health import periods
+from robot.odometry.metrics import chi_squared_quantile
 from robot.odometry.track import Track
 
 NAMES = {
@@ -50,7 +50,7 @@ class SourceFit:
         squared = np.bincount(block, self.squared)
         used = np.flatnonzero(numbers > 0)
         count = numbers[used]
-        band = np.array([chi2.ppf(share, count) / count for share in (0.025, 0.975)])
+        band = np.array([chi_squared_quantile(share, count) / count for share in (0.025, 0.975)])
         middle_s = (np.bincount(block, t_s) / np.bincount(block).clip(1))[used]
         return middle_s, squared[used] / count, band
 

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from model.effects.sensing import OF_FORCES
 from model.errors import ConfigError, ModelError, RecordError
@@ -125,6 +124,8 @@ def joined(walks: Sequence[WalkFrames]) -> WalkFrames:
 
 def smooth_rate(log: Recording) -> FloatArray:
     """Shaft speeds from the angles by the paper's filter, (T, N) [rad/s]; NaN beside a gap."""
+    from scipy.signal import savgol_filter  # half a second: as late as it is needed
+
     step = np.diff(log.t_s)
     if len(step) < WINDOW:
         return np.full_like(log.angle_rad, np.nan)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from scipy.stats import chi2
 
 from model.errors import RecordError
 from model.estimator.settings import EstimatorSettings
@@ -27,7 +28,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import json_text
 from robot.odometry.compare import compare_methods, stride_of, walking_part
 from robot.odometry.files import write_mcap
-from robot.odometry.metrics import in_band, nees, relative_error
+from robot.odometry.metrics import chi_squared_quantile, in_band, nees, relative_error
 from robot.odometry.table import as_json, table
 from robot.odometry.track import START_SD, TrackedLog, track, track_log
 from robot.odometry.tune import read_walk, tune, whiteness
@@ -88,6 +89,13 @@ def test_nees_and_its_band_by_drawing() -> None:
     found = nees(error, np.broadcast_to(root @ root.T, (4000, 3, 3)))
     assert found.mean() == pytest.approx(3, abs=0.15)
     assert in_band(found, 3) == pytest.approx(0.95, abs=0.015)
+
+
+def test_quantiles_of_chi_squared_are_those_of_scipy() -> None:
+    freedom = np.array([1.0, 2.0, 3.0, 17.0, 600.0])
+    for share in (0.025, 0.39, 0.975):
+        expected = chi2.ppf(share, freedom)
+        np.testing.assert_array_equal(chi_squared_quantile(share, freedom), expected)
 
 
 def test_the_estimator_beats_what_it_is_compared_with(walk: TrackedLog) -> None:
