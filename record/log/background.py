@@ -7,6 +7,9 @@ import contextlib
 import os
 import queue
 import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
 
 from model.errors import RecordError
 from model.values.tick import Tick
@@ -19,6 +22,18 @@ SYNC_EVERY_TICKS = 500
 CLOSE_LIMIT_S = 30.0  # for what is left in the queue, and for the disk to take it
 
 
+@dataclass(frozen=True, slots=True)
+class StateItem:
+    """A state that waits: the arguments of ``LogWriter.write_state``."""
+
+    t_ns: int
+    index: int
+    encode: Callable[[], bytes]
+
+
+Item: TypeAlias = Tick | tuple[WireBytes, ...] | StateItem
+
+
 class BackgroundWriter:
     """Passes ticks to a ``LogWriter`` in a thread.
 
@@ -29,7 +44,7 @@ class BackgroundWriter:
     def __init__(self, writer: LogWriter) -> None:
         self.dropped = 0
         self._writer = writer
-        self._queue: queue.Queue[Tick | tuple[WireBytes, ...] | None] = queue.Queue(QUEUE_TICKS)
+        self._queue: queue.Queue[Item | None] = queue.Queue(QUEUE_TICKS)
         self._failure: RecordError | None = None
         self._thread = threading.Thread(target=self._work, name="log", daemon=True)
         self._thread.start()
@@ -48,7 +63,11 @@ class BackgroundWriter:
         if pieces:
             self._put(pieces)
 
-    def _put(self, item: Tick | tuple[WireBytes, ...]) -> None:
+    def write_state(self, t_ns: int, index: int, encode: Callable[[], bytes]) -> None:
+        """Hand over a state, which is made into bytes here and not between two ticks; never waits."""
+        self._put(StateItem(t_ns, index, encode))
+
+    def _put(self, item: Item) -> None:
         try:
             self._queue.put_nowait(item)
         except queue.Full:
@@ -73,6 +92,9 @@ class BackgroundWriter:
     def _write_all(self) -> None:
         written = 0
         while (item := self._queue.get()) is not None:
+            if isinstance(item, StateItem):
+                self._writer.write_state(item.t_ns, item.index, item.encode)
+                continue
             if isinstance(item, tuple):
                 self._writer.write_wires(item)
                 continue

@@ -206,7 +206,10 @@ class MessageReader:
 
 
 def read_messages(
-    path: Path, contents: LogContents, topics: Collection[str] | None = None
+    path: Path,
+    contents: LogContents,
+    topics: Collection[str] | None = None,
+    span: tuple[int, int] | None = None,
 ) -> Iterator[TopicMessage]:
     """Yield the messages of a log in file order, stepping over damage.
 
@@ -214,11 +217,12 @@ def read_messages(
         path: The log.
         contents: Filled with robot file, metadata and damage on the way.
         topics: Only these; None for all.
+        span: As for ``read_records``.
 
     Raises:
         RecordError: The file cannot be opened.
     """
-    records = read_records(path, contents.progress, topics)
+    records = read_records(path, contents.progress, topics, span)
     yield from MessageReader(contents).messages(records)
 
 

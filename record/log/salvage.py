@@ -43,7 +43,10 @@ Content = Schema | Channel | Message | Metadata | Attachment
 
 
 def read_records(
-    path: Path, progress: Pass, topics: Collection[str] | None = None
+    path: Path,
+    progress: Pass,
+    topics: Collection[str] | None = None,
+    span: tuple[int, int] | None = None,
 ) -> Iterator[Content]:
     """Yield schemas, channels, messages, metadata and attachments, stepping over damage.
 
@@ -51,6 +54,8 @@ def read_records(
         path: The file.
         progress: Filled on the way.
         topics: Only messages of these topics; None for all.
+        span: Where the first record and the first one left out begin, in bytes, of a file with an index;
+            None for all.
 
     Raises:
         RecordError: The file cannot be opened.
@@ -61,7 +66,7 @@ def read_records(
         raise RecordError(f"the log {path} cannot be read: {error.strerror}") from error
     with stream:
         try:
-            yield from _Salvage(stream, progress, topics).records()
+            yield from _Salvage(stream, progress, topics).records(span)
         except IsADirectoryError as error:
             raise RecordError(f"the log {path} cannot be read: {error.strerror}") from error
 
@@ -81,15 +86,21 @@ class _Salvage:
         self._open_ended = False  # the last damage still waits for the message behind it
         progress.size = stream.seek(0, 2)
 
-    def records(self) -> Iterator[Content]:
+    def records(self, span: tuple[int, int] | None) -> Iterator[Content]:
         yield from self._summary()
         self._stream.seek(0)
         if self._stream.read(len(MAGIC)) != MAGIC:
             self._lost(0, 0, "it does not begin like an MCAP file")
             return
         self._crc = zlib.crc32(MAGIC)
+        end = None
+        if span is not None:
+            begin, end = span
+            self._stream.seek(begin)
         while not self._progress.finished:
             offset = self._stream.tell()
+            if offset == end:
+                return
             self._progress.position = offset
             self._progress.tell()
             head = self._stream.read(_FRAME.size)

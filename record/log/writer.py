@@ -18,6 +18,13 @@ from model.values.wire import WireBytes
 from record.log import messages
 from record.log.definitions import DEFINITIONS, IMU_DEFINITION, IMU_TYPE
 from record.log.mcap_file import McapFile
+from record.log.state_message import (
+    STATE_DEFINITION,
+    STATE_TOPIC,
+    STATE_TYPE,
+    LoggedState,
+    encode_state,
+)
 from record.log.tick_message import encode_tick
 from record.log.wire_message import (
     WIRE_DEFINITION,
@@ -207,6 +214,22 @@ class LogWriter:
             for topic in names
         }
         self._channels = MappingProxyType({**self._channels, **added})
+
+    def write_state(self, t_ns: int, index: int, encode: Callable[[], bytes]) -> None:
+        """Write what the controller remembers after a tick; its topic begins with the first of them.
+
+        Args:
+            t_ns: Time of the tick.
+            index: Number of the next tick.
+            encode: Gives the state as ``record.exact_values`` writes it.
+        """
+        self._guard(lambda: self._write_state(t_ns, LoggedState(index, encode())))
+
+    def _write_state(self, t_ns: int, state: LoggedState) -> None:
+        if STATE_TOPIC not in self._channels:
+            self._add_topics(STATE_TYPE, STATE_DEFINITION, (STATE_TOPIC,))
+        message = (self._channels[STATE_TOPIC], encode_state(state))
+        self._writer.add_messages(t_ns + self._offset_ns, (message,), state.index)
 
     def write_wires(self, heard: tuple[WireBytes, ...]) -> None:
         """Write raw bytes of the devices, oldest first; their topics begin with the first of them."""

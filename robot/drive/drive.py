@@ -139,7 +139,7 @@ def drive_as(
         try:
             interrupts.begin()
             with no_full_collection():
-                result = run(rig, controller, operator, sink, view)
+                result = run(rig, controller, operator, sink, view, states=sink)
         finally:
             log_error = _close_log(sink)
     code = _say(log_path, result, log_error)

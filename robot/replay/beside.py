@@ -6,7 +6,6 @@ was sensed is what the controller senses today, and together they are the replay
 differs, nothing is concluded from it: the log is then replayed tick by tick.
 """
 
-import os
 from collections.abc import Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager, suppress
@@ -17,20 +16,13 @@ from gap.worker_pool import worker_pool
 from model.errors import ConfigError, RecordError
 from record.log.blocks.tick_columns import sensed_messages
 from record.log.blocks.tick_forms import FormBook
-from record.log.reader import LogContents, TopicMessage, read_tick_messages
+from record.log.reader import LogContents, read_tick_messages
 from record.log.salvage import DAMAGE
-from record.log.tick_message import LAYOUT, decode_tick, estimates_the_same
+from record.log.tick_message import decode_tick, estimates_the_same
 from robot.config.robot_file import RobotConfig
 from robot.control.estimator_stage import TickEstimator
 
-LEAST_BYTES = 50_000_000  # of a file; a shorter log is done before the process pays for its start
 BLOCK_TICKS = 256
-
-
-def worth_a_process(path: Path, first: TopicMessage) -> bool:
-    """Whether a log is long enough, of today's layout, and this computer has a second core."""
-    several = (os.cpu_count() or 1) > 1
-    return several and first.layout == LAYOUT and path.stat().st_size >= LEAST_BYTES
 
 
 @contextmanager

@@ -46,7 +46,7 @@ def replay(request: ReplayRequest) -> ExitCode:
     if config is not None:
         for note in unused_notes(config.effects):
             complain(note)
-    run = replay_bus if request.bus else partial(replay_log, two_processes=True)
+    run = replay_bus if request.bus else partial(replay_log, processes=True)
     with ProgressLine(f"replaying {request.path}", contents.progress):
         result = run(
             request.path,

@@ -5,31 +5,31 @@ imported data, which no controller made, the estimator is what there is to repla
 """
 
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
 from model.errors import ConfigError, RecordError
-from model.values.faults import SERVO_EVENTS, Fault, FaultKind, ServoEvent
 from model.values.tick import Tick
 from record.log.header import IMPORTED
 from record.log.reader import (
     LogContents,
     TopicMessage,
-    damaged,
     nothing_left,
     read_tick_messages,
     sound,
 )
 from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says_the_same
 from robot.config.robot_file import RobotConfig
-from robot.control.controller import Controller
 from robot.control.estimator_stage import TickEstimator
-from robot.replay.beside import estimator_beside, worth_a_process
+from robot.replay.beside import estimator_beside
 from robot.replay.compare import ComparedRun, Comparison
 from robot.replay.fields import FIELDS
+from robot.replay.processes import worth_processes
+from robot.replay.step_through import in_order, step_through
+from robot.replay.stretches import replay_stretches
 from robot.run.header import config_of, rebuild_controller
 
 NOT_BY_A_CONTROLLER = (
@@ -57,7 +57,7 @@ def replay_log(
     config: RobotConfig | None = None,
     contents: LogContents | None = None,
     gait: str | None = None,
-    two_processes: bool = False,
+    processes: bool = False,
 ) -> Replay:
     """Replay a log.
 
@@ -67,8 +67,8 @@ def replay_log(
         config: Another robot file to try instead of the log's.
         contents: Filled on the way: robot file, metadata, damage, how far it is.
         gait: What may be run of a gait that a Python file gave: see ``with_gaits_of_log``.
-        two_processes: Whether to replay the estimator of a long log in a process of its own. The result is
-            the same; for programs whose main module can be imported again.
+        processes: Whether to replay a long log in processes, one a core. The result is the same; for
+            programs whose main module can be imported again.
 
     Raises:
         RecordError: The log cannot be read, or holds no ticks; or it is imported and holds no estimate.
@@ -90,10 +90,12 @@ def replay_log(
         notes.append(NOT_BY_A_CONTROLLER)
         steps = _estimate_through(path, messages, estimator, notes)
     else:
-        if two_processes and config is None and worth_a_process(path, first_message):
-            both = _replay_in_two(path, messages, contents, gait, scale)
-            if both is not None:
-                return both
+        if processes and config is None and worth_processes(path, first_message.layout):
+            whole = _in_stretches(path, contents, gait, scale)
+            if whole is None:  # no states in it, or something differs
+                whole = _replay_in_two(path, messages, contents, gait, scale)
+            if whole is not None:
+                return whole
             contents.progress.begin_again()
             messages = read_tick_messages(path, contents)
         rebuilt = rebuild_controller(contents, config, gait)
@@ -181,33 +183,26 @@ def _replay_in_two(
     )
 
 
-def step_through(
-    path: Path, messages: Iterable[TopicMessage], controller: Controller, notes: list[str]
-) -> Iterator[tuple[TopicMessage, TickInputs, Tick]]:
-    """Step a controller through recorded inputs.
-
-    Args:
-        path: The log.
-        messages: Its ticks as messages, from the first one on.
-        controller: The controller.
-        notes: Gets a line where the log has a gap; the replay ends there.
-
-    Yields:
-        The message, the inputs in it, and today's tick.
-
-    Raises:
-        RecordError: A tick is damaged.
-    """
-    state, names = controller.initial(), controller.config.servo_bus.names
-    for message, recorded in _in_order(path, messages, notes):
-        servos = recorded.inputs.servos
-        if servos is not None and len(servos.valid) != len(names):
-            error = ValueError(f"it has {len(servos.valid)} legs and not {len(names)}")
-            raise damaged(path, message, error) from error
-        events = servo_events(recorded.inputs.faults, names)
-        inputs = replace(recorded.inputs, servo_events=events) if events else recorded.inputs
-        state, tick = controller.step(state, inputs, recorded.t_ns)
-        yield message, recorded, tick
+def _in_stretches(
+    path: Path, contents: LogContents, gait: str | None, scale: float
+) -> Replay | None:
+    """Replay a log on all cores; None if it cannot be divided, or anything in it is not the same."""
+    began = time.perf_counter()
+    run = replay_stretches(path, contents, gait)
+    if run is None:
+        return None
+    config, duration_s = run.rebuilt.controller.config, (run.last_ns - run.first_ns) * 1e-9
+    return Replay(
+        path=path,
+        ticks=run.ticks,
+        equal_bits=run.ticks,
+        duration_s=duration_s,
+        wall_s=time.perf_counter() - began,
+        fields=Comparison(FIELDS, config.parameters.legs.names, scale, run.first_ns).results(),
+        first=None,
+        notes=run.rebuilt.notes,
+        complete=True,
+    )
 
 
 def _estimate_through(
@@ -219,7 +214,7 @@ def _estimate_through(
         RecordError: A tick is damaged.
         ConfigError: The robot has other legs than the log.
     """
-    for message, recorded in _in_order(path, messages, notes):
+    for message, recorded in in_order(path, messages, notes):
         with sound(path, message):
             tick = decode_tick(message.data, message.layout, recorded)
         yield message, recorded, replace(tick, estimate=estimator.step(tick.sensed))
@@ -246,47 +241,3 @@ def _check_estimate(path: Path, first_message: TopicMessage, gait: str | None) -
 def imported(contents: LogContents) -> bool:
     """Whether a log is imported data, which no controller made."""
     return contents.metadata.get("hardware") == IMPORTED
-
-
-def _in_order(
-    path: Path, messages: Iterable[TopicMessage], notes: list[str]
-) -> Iterator[tuple[TopicMessage, TickInputs]]:
-    """Yield messages with their inputs from tick 0 to the first gap, which gets a line in ``notes``.
-
-    Raises:
-        RecordError: A tick is damaged.
-    """
-    for index, message in enumerate(messages):
-        with sound(path, message):
-            recorded = decode_inputs(message.data, message.layout)
-        if recorded.index != index:
-            notes.append(_gap_words(index, recorded.index))
-            return
-        yield message, recorded
-
-
-def servo_events(faults: Sequence[Fault], names: Sequence[str]) -> tuple[ServoEvent, ...]:
-    """Return the servo events of a tick from a log, which keeps only the faults that go with them.
-
-    Args:
-        faults: Faults among the tick's inputs.
-        names: Leg names.
-    """
-    if not faults:
-        return ()
-    events = [
-        ServoEvent(names.index(fault.source), fault.kind)
-        for fault in faults
-        if fault.kind in SERVO_EVENTS and fault.source in names
-    ]
-    # the result of a recovery was known before the servos were read
-    return tuple(sorted(events, key=lambda event: event.kind is FaultKind.SERVO_DOWN))
-
-
-def _gap_words(expected: int, index: int) -> str:
-    if index < expected:
-        return "another run begins here (the log is merged): only the first is replayed"
-    return (
-        f"ticks {expected} to {index - 1} are missing from the log: only what is before them is "
-        "replayed"
-    )

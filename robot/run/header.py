@@ -8,7 +8,7 @@ The run in a few words is in ``record.log.header``.
 import json
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -291,6 +291,10 @@ class TappedLog:
         """Write what was received up to here, then the tick."""
         self._log.write_wires(self._tap.take())
         self._log.write(tick)
+
+    def write_state(self, t_ns: int, index: int, encode: Callable[[], bytes]) -> None:
+        """Write what the controller remembers."""
+        self._log.write_state(t_ns, index, encode)
 
     def close(self) -> None:
         """Write what was received since the last tick (torque going off) and finish."""

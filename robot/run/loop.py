@@ -5,9 +5,10 @@ takes the next point of the grid; it never runs a burst to catch up. Torque is a
 """
 
 import gc
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 from drivers.clock import Clock
@@ -17,9 +18,12 @@ from model.values.tick import Inputs, LoopTiming, Mode, Request, Tick
 from robot.control.controller import Controller
 from robot.control.safety import Allowed
 from robot.control.state import ControllerState
+from robot.control.state_bytes import bytes_of_state
 from robot.control.stops import cause_words
 from robot.run.rig import Reading
 
+# Between two states in a log. One is as large as a second of ticks.
+STATE_PERIOD_S = 30
 RESTING = (Mode.IDLE, Mode.HOLD, Mode.LIMP)
 
 
@@ -66,6 +70,13 @@ class TickSink(Protocol):
         """Why the log can no longer be written, None while it can."""
 
 
+class StateSink(Protocol):
+    """Where states go now and then, so that a replay can begin there: the log."""
+
+    def write_state(self, t_ns: int, index: int, encode: Callable[[], bytes]) -> None:
+        """Take the state after a tick, with the number of the next one; must not block for long."""
+
+
 class Observer(Protocol):
     """Watches the ticks: the live view."""
 
@@ -100,6 +111,7 @@ def run(
     operator: Operator,
     sink: TickSink | None = None,
     observer: Observer | None = None,
+    states: StateSink | None = None,
 ) -> RunResult:
     """Run until the operator's wish is done or something stops the robot.
 
@@ -109,8 +121,10 @@ def run(
         operator: Where wishes come from.
         sink: Where ticks go, if anywhere.
         observer: Who watches, if anyone.
+        states: Where the controller's state goes now and then, if anywhere.
     """
     clock = robot.clock
+    state_ticks = STATE_PERIOD_S * controller.rate_hz
     period_ns = controller.period_ns
     state = controller.initial()
     tick: Tick | None = None
@@ -130,6 +144,8 @@ def run(
             switched_on = state.allowed.command.torque and not had_torque
             if sink is not None:
                 sink.write(tick)
+            if states is not None and state.index % state_ticks == 0:
+                states.write_state(tick.t_ns, state.index, partial(bytes_of_state, state))
             if observer is not None:
                 observer.show(tick)
             if not detail and tick.stop_reason is not StopReason.NONE:

@@ -36,7 +36,8 @@ from record.log.writer import (
 from record.topics import TICK_TOPIC
 from robot.config.robot_file import load_robot
 from robot.control.controller import Controller
-from robot.replay.ticks import replay_log, step_through
+from robot.replay.step_through import step_through
+from robot.replay.ticks import replay_log
 from robot.run.header import controller_metadata, rebuild_controller
 from robot.run.loop import run
 from robot.run.rig import Rig

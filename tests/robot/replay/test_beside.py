@@ -8,7 +8,7 @@ import pytest
 from model.values.tick import Tick
 from record.log.reader import LogContents, read_tick_messages
 from robot.config.robot_file import RobotConfig
-from robot.replay import beside
+from robot.replay import processes
 from robot.replay.beside import estimates_as_recorded
 from robot.replay.ticks import Replay, replay_log
 from robot.run.header import config_of
@@ -40,9 +40,9 @@ def test_two_processes_give_the_result_of_one(
     path = changed(tmp_path / "today.mcap", lambda tick: tick)
     alone = replay_log(path, scale=scale)
     assert alone.equal_bits == alone.ticks
-    monkeypatch.setattr(beside, "LEAST_BYTES", 0)
+    monkeypatch.setattr(processes, "LEAST_BYTES", 0)
     contents = LogContents()
-    both = replay_log(path, scale=scale, contents=contents, two_processes=True)
+    both = replay_log(path, scale=scale, contents=contents, processes=True)
     assert without_time(both) == without_time(alone)
     assert contents.progress.position == contents.progress.size
 
@@ -50,10 +50,10 @@ def test_two_processes_give_the_result_of_one(
 def test_what_differs_is_found_tick_by_tick(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(beside, "LEAST_BYTES", 0)
+    monkeypatch.setattr(processes, "LEAST_BYTES", 0)
     path = changed(tmp_path / "load.mcap", lambda tick: other_load(tick, by_n=1e-3))
     contents = LogContents()
-    result = replay_log(path, contents=contents, two_processes=True)
+    result = replay_log(path, contents=contents, processes=True)
     assert not result.equal
     assert without_time(result) == without_time(replay_log(path))
     assert contents.damages == ()
@@ -69,7 +69,7 @@ def test_the_first_estimate_that_differs_is_counted(tmp_path: Path) -> None:
 def test_a_short_log_is_not_worth_a_process() -> None:
     path = log_of("tripod")
     message = next(read_tick_messages(path, LogContents()))
-    assert not beside.worth_a_process(path, message)
+    assert not processes.worth_processes(path, message.layout)
 
 
 def test_a_damaged_tick_ends_the_ticks_that_are_as_recorded(tmp_path: Path) -> None:

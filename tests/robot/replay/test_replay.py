@@ -26,7 +26,8 @@ from robot.control.controller import Controller
 from robot.replay.bus import replay_bus
 from robot.replay.drive import RecordedOperator, Wishes, read_wishes
 from robot.replay.repeat import turned
-from robot.replay.ticks import replay_log, servo_events
+from robot.replay.step_through import servo_events
+from robot.replay.ticks import replay_log
 from robot.requests.single import DriveRequest
 from robot.run.header import controller_metadata, rebuild_controller
 from robot.run.operator import Interrupts

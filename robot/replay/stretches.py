@@ -1,0 +1,160 @@
+"""A long log replayed in stretches, on all cores at once: each from a state that the log holds to the next.
+
+A stretch counts only if every tick of it is the same in every bit as the recorded one, and so is the state
+it ends with. Then the stretches together are the replay of the whole. If anything differs, nothing is
+concluded from it: the log is then replayed tick by tick.
+"""
+
+from collections.abc import Mapping
+from concurrent.futures import BrokenExecutor
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+
+from gap.worker_pool import worker_pool
+from model.errors import BigantError
+from record.log.reader import LogContents
+from record.log.salvage import DAMAGE
+from record.log.stretches import Stretch, checksum_fits, find_stretches, read_stretch
+from record.log.tick_message import decode_inputs, says_the_same
+from robot.control.controller import Controller
+from robot.control.state_bytes import bytes_of_state, state_of_bytes
+from robot.replay.processes import cores
+from robot.replay.step_through import step_recorded
+from robot.run.header import Rebuilt, rebuild_controller
+
+Texts = tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StretchTask:
+    """What a process needs to replay a stretch.
+
+    Attributes:
+        path: The log.
+        config_text: Its robot file.
+        metadata: Its metadata.
+        gait: What may be run of a gait that a Python file gave.
+        stretch: The stretch.
+    """
+
+    path: Path
+    config_text: str
+    metadata: Texts
+    gait: str | None
+    stretch: Stretch
+
+
+@dataclass(frozen=True, slots=True)
+class StretchDone:
+    """A stretch that is the same in every bit: its ticks, and times of the first and the last [ns]."""
+
+    ticks: int
+    first_ns: int
+    last_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayedStretches:
+    """A log that is the same in every bit.
+
+    Attributes:
+        rebuilt: Its controller.
+        ticks: How many.
+        first_ns: Time of the first.
+        last_ns: Time of the last.
+    """
+
+    rebuilt: Rebuilt
+    ticks: int
+    first_ns: int
+    last_ns: int
+
+
+class _DifferentError(Exception):
+    """Something is not the same in every bit."""
+
+
+def replay_stretches(
+    path: Path, contents: LogContents, gait: str | None
+) -> ReplayedStretches | None:
+    """Replay a log on all cores.
+
+    Args:
+        path: The log.
+        contents: Robot file and metadata, read already; how far the replay has come is told in it.
+        gait: As for ``rebuild_controller``.
+
+    Returns:
+        None if the log cannot be divided, or anything in it is not the same in every bit.
+
+    Raises:
+        RecordError: As ``rebuild_controller``, as does the next.
+        ConfigError: The robot file is none of today's.
+    """
+    stretches = find_stretches(path)
+    if len(stretches) < 2:
+        return None
+    progress, metadata = contents.progress, tuple(contents.metadata.items())
+    tasks = [StretchTask(path, contents.config_text, metadata, gait, one) for one in stretches]
+    done: list[StretchDone] = []
+    try:
+        with worker_pool(min(cores(), len(tasks))) as pool:
+            futures = [pool.submit(replay_stretch, task) for task in tasks]
+            rebuilt = rebuild_controller(contents, None, gait)
+            if not checksum_fits(path):
+                raise _DifferentError
+            for task, future in zip(tasks, futures, strict=True):
+                result = future.result()
+                if result is None:
+                    raise _DifferentError
+                done.append(result)
+                progress.position = task.stretch.span[1]
+                progress.tell()
+    except (_DifferentError, BrokenExecutor):  # or a process is gone
+        return None
+    progress.position, progress.finished = progress.size, True
+    ticks = sum(one.ticks for one in done)
+    return ReplayedStretches(rebuilt, ticks, done[0].first_ns, done[-1].last_ns)
+
+
+def replay_stretch(task: StretchTask) -> StretchDone | None:
+    """Replay a stretch; None if anything in it is not the same in every bit, or cannot be read."""
+    try:
+        return _replay_stretch(task)
+    except (_DifferentError, BigantError, *DAMAGE):
+        return None
+
+
+def _replay_stretch(task: StretchTask) -> StretchDone:
+    path, stretch = task.path, task.stretch
+    controller = _controller(task.config_text, task.metadata, task.gait)
+    state = controller.initial()
+    if stretch.before is not None:
+        state = state_of_bytes(stretch.before, controller.book.gaits)
+    first_ns, index = -1, stretch.begin
+    contents = LogContents(task.config_text, MappingProxyType(dict(task.metadata)))
+    for message in read_stretch(path, contents, stretch):
+        recorded = decode_inputs(message.data, message.layout)
+        state, tick = step_recorded(path, message, recorded, controller, state)
+        same = says_the_same(tick, message.data, recorded.end, message.layout)
+        if not same or recorded.index != index:
+            raise _DifferentError
+        first_ns = first_ns if index > stretch.begin else tick.t_ns
+        index += 1
+    whole = index == stretch.end if stretch.end is not None else index > stretch.begin
+    ends_alike = stretch.after is None or bytes_of_state(state) == stretch.after
+    if contents.damages or not (whole and ends_alike):
+        raise _DifferentError
+    return StretchDone(index - stretch.begin, first_ns, tick.t_ns)
+
+
+@cache
+def _controller(config_text: str, metadata: Texts, gait: str | None) -> Controller:
+    """The controller of a log, built once in a process."""
+    known: Mapping[str, str] = MappingProxyType(dict(metadata))
+    rebuilt = rebuild_controller(LogContents(config_text, known), None, gait)
+    if not (rebuilt.forces_known and rebuilt.controller.config.estimator.enabled):
+        raise _DifferentError
+    return rebuilt.controller

@@ -1,0 +1,92 @@
+"""A log with states in it is replayed in stretches, with the result of a replay tick by tick."""
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from gap.worker_pool import worker_pool
+from record.log.reader import LogContents, read_tick_messages
+from record.log.stretches import find_stretches, read_stretch
+from robot.cli.main import run
+from robot.control.state_bytes import bytes_of_state, state_of_bytes
+from robot.replay import processes, stretches
+from robot.replay.stretches import StretchTask, replay_stretch
+from robot.replay.ticks import replay_log
+from robot.run import loop
+
+
+@pytest.fixture(scope="module")
+def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A short walk with a state every second."""
+    path = tmp_path_factory.mktemp("states") / "walk.mcap"
+    patch = pytest.MonkeyPatch()
+    patch.setattr(loop, "STATE_PERIOD_S", 1)
+    words = "drive --hardware virtual --virtual-time --armed --duration 3 --log"
+    code = run([*words.split(), str(path)])
+    patch.undo()
+    assert code == 0
+    return path
+
+
+def task_of(path: Path, number: int) -> StretchTask:
+    contents = LogContents()
+    next(read_tick_messages(path, contents))
+    metadata = tuple(contents.metadata.items())
+    return StretchTask(path, contents.config_text, metadata, None, find_stretches(path)[number])
+
+
+def test_stretches_hold_every_tick_once(walked: Path) -> None:
+    parts = find_stretches(walked)
+    assert len(parts) > 5
+    assert [part.begin for part in parts[1:]] == [part.end for part in parts[:-1]]
+    ticks = [m.sequence for part in parts for m in read_stretch(walked, LogContents(), part)]
+    assert ticks == [m.sequence for m in read_tick_messages(walked, LogContents())]
+
+
+def test_a_state_comes_back_bit_for_bit(walked: Path) -> None:
+    task = task_of(walked, 4)
+    assert task.stretch.before is not None
+    gaits = stretches._controller(task.config_text, task.metadata, None).book.gaits
+    state = state_of_bytes(task.stretch.before, gaits)
+    assert state.index == task.stretch.begin
+    assert bytes_of_state(state) == task.stretch.before
+
+
+def test_every_stretch_ends_with_the_state_that_the_next_begins_with(walked: Path) -> None:
+    for number, part in enumerate(find_stretches(walked)):
+        done = replay_stretch(task_of(walked, number))
+        assert done is not None
+        assert part.end is None or done.ticks == part.end - part.begin
+
+
+def test_a_state_with_another_number_in_it_does_not_count(walked: Path) -> None:
+    task = task_of(walked, 2)
+    assert task.stretch.after is not None
+    other = bytearray(task.stretch.after)
+    other[-3] ^= 1
+    wrong = replace(task, stretch=replace(task.stretch, after=bytes(other)))
+    assert replay_stretch(wrong) is None
+
+
+def test_stretches_give_the_result_of_one_pass(
+    monkeypatch: pytest.MonkeyPatch, walked: Path
+) -> None:
+    alone = replay_log(walked)
+    monkeypatch.setattr(processes, "LEAST_BYTES", 0)
+    # forked: the quicker moves of tests hold in the processes, too
+    monkeypatch.setattr(stretches, "worker_pool", partial(worker_pool, inherit=True))
+    contents = LogContents()
+    run = stretches.replay_stretches(walked, contents_of(walked), None)
+    assert run is not None
+    assert run.ticks == alone.ticks
+    together = replay_log(walked, contents=contents, processes=True)
+    assert replace(together, wall_s=0.0) == replace(alone, wall_s=0.0)
+    assert contents.progress.position == contents.progress.size
+
+
+def contents_of(path: Path) -> LogContents:
+    contents = LogContents()
+    next(read_tick_messages(path, contents))
+    return contents
