@@ -40,3 +40,15 @@ def short_walk(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def cycle_walk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """It walks one cycle of the tripod gait."""
     return walk_log(tmp_path_factory, CYCLE)
+
+
+def walk_with_states(path: Path) -> Path:
+    """A short walk whose log holds the controller's state every second."""
+    from robot.cli.main import run
+    from robot.run import loop
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(loop, "STATE_PERIOD_S", 1)
+        words = "drive --hardware virtual --virtual-time --armed --duration 3 --log"
+        assert run([*words.split(), str(path)]) == 0
+    return path

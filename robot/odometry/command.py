@@ -26,6 +26,7 @@ from robot.odometry.compare import (
 )
 from robot.odometry.live import LOST_SHARE, run_live
 from robot.odometry.request import check
+from robot.odometry.stretches import track_stretches
 from robot.odometry.table import as_json, table
 from robot.odometry.track import track_log
 from robot.odometry.tune import tune_command
@@ -50,7 +51,10 @@ def odom(request: OdomRequest) -> ExitCode:
         return tune_command(request)
     path, contents = request.logs[0], LogContents()
     with ProgressLine(f"estimating {path}", contents.progress):
-        tracked = track_log(path, request, contents)
+        tracked = track_stretches(path, request, contents)
+        if tracked is None:
+            contents.progress.begin_again()
+            tracked = track_log(path, request, contents)
     log = tracked.log
     check_shafts(log, path)
     if not contents.config_text and request.robot is None:

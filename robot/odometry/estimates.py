@@ -42,6 +42,22 @@ class EstimateSeries(Sequence[Estimate]):
             made.add(estimate)
         return made.estimates()
 
+    @classmethod
+    def joined(cls, parts: Sequence["EstimateSeries"]) -> "EstimateSeries":
+        """Return the estimates of parts of a log, at least one, one behind the other."""
+        codes: dict[str, int] = {}
+        renamed = [
+            np.array([codes.setdefault(text, len(codes)) for text in part._texts], dtype=np.int64)
+            for part in parts
+        ]
+        columns: Columns = {}
+        for name in NAMES:  # one after the other: only one of them is there twice at a time
+            each = [part._columns.pop(name) for part in parts]
+            if name in TEXTS:
+                each = [new[old] for new, old in zip(renamed, each, strict=True)]
+            columns[name] = readonly(np.concatenate(each))
+        return cls(columns, tuple(codes))
+
     def __len__(self) -> int:
         return len(self._columns["t_ns"])
 

@@ -18,7 +18,7 @@ from record.log.blocks.read import read_log
 from record.log.reader import LogContents, StampedTick
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
-from robot.control.estimator_stage import TickEstimator
+from robot.control.estimator_stage import StageMemory, TickEstimator
 from robot.odometry.estimates import EstimateColumns, EstimateSeries
 from robot.odometry.request import believed_robot
 from robot.requests.recorded import OdomRequest
@@ -135,6 +135,15 @@ class Tracker:
         self._step_us: list[float] = []
         self._rejections: list[BoolArray] = []
         self._anchored: list[bool] = []
+
+    @property
+    def memory(self) -> StageMemory:
+        """What the estimator remembers."""
+        return self._estimator.memory
+
+    def begin_at(self, memory: StageMemory) -> None:
+        """Begin with what an estimator remembered in the middle of a log."""
+        self._estimator.memory = memory
 
     def step(self, tick: SensedTick) -> Estimate:
         """Advance by a tick; nothing is kept of it.

@@ -18,9 +18,9 @@ from record.log.reader import LogContents
 from record.log.salvage import DAMAGE
 from record.log.stretches import Stretch, checksum_fits, find_stretches, read_stretch
 from record.log.tick_message import decode_inputs, says_the_same
+from robot.console.processes import cores
 from robot.control.controller import Controller
 from robot.control.state_bytes import bytes_of_state, state_of_bytes
-from robot.replay.processes import cores
 from robot.replay.step_through import step_recorded
 from robot.run.header import Rebuilt, rebuild_controller
 

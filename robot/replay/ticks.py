@@ -23,11 +23,11 @@ from record.log.reader import (
 )
 from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says_the_same
 from robot.config.robot_file import RobotConfig
+from robot.console.processes import worth_processes
 from robot.control.estimator_stage import TickEstimator
 from robot.replay.beside import estimator_beside
 from robot.replay.compare import ComparedRun, Comparison
 from robot.replay.fields import FIELDS
-from robot.replay.processes import worth_processes
 from robot.replay.step_through import in_order, step_through
 from robot.replay.stretches import replay_stretches
 from robot.run.header import config_of, rebuild_controller

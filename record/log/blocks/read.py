@@ -14,6 +14,7 @@ from record.log.blocks.tick_forms import FormBook
 from record.log.reader import LogContents, TopicMessage, damage_of, nothing_left, read_tick_messages
 from record.log.recording import Recording, join_recordings, recording_of
 from record.log.salvage import DAMAGE
+from record.log.stretches import Stretch, read_stretch
 from record.log.tick_message import decode_tick
 
 BLOCK_TICKS = 1024  # a power of two: thinned by halves, blocks stay in step
@@ -26,6 +27,7 @@ def read_blocks(
     contents: LogContents | None = None,
     block_ticks: int = BLOCK_TICKS,
     each: Each | None = None,
+    stretch: Stretch | None = None,
 ) -> Iterator[Recording]:
     """Yield a log as arrays, a block of ticks at a time, in bounded memory.
 
@@ -37,6 +39,7 @@ def read_blocks(
         block_ticks: Ticks of a block.
         each: Told the UNIX time [ns] of every tick and what was sensed in it, in order, before its block is
             yielded.
+        stretch: Only these ticks; None for all.
 
     Raises:
         RecordError: The file cannot be opened, or holds no tick that can be read.
@@ -44,7 +47,11 @@ def read_blocks(
     contents = contents or LogContents()
     reader = _Blocks(contents)
     readable = False
-    messages = read_tick_messages(path, contents)
+    messages = (
+        read_tick_messages(path, contents)
+        if stretch is None
+        else read_stretch(path, contents, stretch)
+    )
     while block := list(_with_positions(islice(messages, block_ticks), contents)):
         recording = reader.recording(block, each)
         if recording is not None:
@@ -55,7 +62,10 @@ def read_blocks(
 
 
 def read_log(
-    path: Path, contents: LogContents | None = None, each: Each | None = None
+    path: Path,
+    contents: LogContents | None = None,
+    each: Each | None = None,
+    stretch: Stretch | None = None,
 ) -> Recording:
     """Read a log into arrays, all of it; an hour is a gigabyte, see ``read_blocks`` for the arguments.
 
@@ -63,7 +73,7 @@ def read_log(
         RecordError: The file cannot be opened, or holds no tick that can be read.
     """
     contents = contents or LogContents()
-    joined = join_recordings(read_blocks(path, contents, each=each), damage="")
+    joined = join_recordings(read_blocks(path, contents, each=each, stretch=stretch), damage="")
     return replace(joined, damage=contents.damage)
 
 

@@ -8,7 +8,7 @@ import pytest
 from model.values.tick import Tick
 from record.log.reader import LogContents, read_tick_messages
 from robot.config.robot_file import RobotConfig
-from robot.replay import processes
+from robot.console import processes
 from robot.replay.beside import estimates_as_recorded
 from robot.replay.ticks import Replay, replay_log
 from robot.run.header import config_of

@@ -9,25 +9,18 @@ import pytest
 from gap.worker_pool import worker_pool
 from record.log.reader import LogContents, read_tick_messages
 from record.log.stretches import find_stretches, read_stretch
-from robot.cli.main import run
+from robot.console import processes
 from robot.control.state_bytes import bytes_of_state, state_of_bytes
-from robot.replay import processes, stretches
+from robot.replay import stretches
 from robot.replay.stretches import StretchTask, replay_stretch
 from robot.replay.ticks import replay_log
-from robot.run import loop
+from tests.walk_logs import walk_with_states
 
 
 @pytest.fixture(scope="module")
 def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A short walk with a state every second."""
-    path = tmp_path_factory.mktemp("states") / "walk.mcap"
-    patch = pytest.MonkeyPatch()
-    patch.setattr(loop, "STATE_PERIOD_S", 1)
-    words = "drive --hardware virtual --virtual-time --armed --duration 3 --log"
-    code = run([*words.split(), str(path)])
-    patch.undo()
-    assert code == 0
-    return path
+    return walk_with_states(tmp_path_factory.mktemp("states") / "walk.mcap")
 
 
 def task_of(path: Path, number: int) -> StretchTask:

@@ -1,0 +1,171 @@
+"""The estimator over a long log in stretches, on all cores at once: from a state in the log to the next.
+
+A stretch counts only if the estimator ends it with what the log says that it remembered there, to the bit.
+Then the stretches together are one pass over the log. If any ends otherwise (the log is of another version,
+or cut), nothing is concluded from it, and the log is read from its first tick on.
+"""
+
+from collections.abc import Mapping
+from concurrent.futures import BrokenExecutor
+from dataclasses import dataclass, fields, replace
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from gap.worker_pool import worker_pool
+from model.errors import BigantError
+from record.log.blocks.read import read_log
+from record.log.reader import LogContents, read_tick_messages
+from record.log.recording import Recording, join_recordings
+from record.log.salvage import DAMAGE
+from record.log.stretches import Stretch, checksum_fits, find_stretches
+from robot.config.robot_file import RobotConfig
+from robot.console.processes import cores, worth_processes
+from robot.control.state_bytes import bytes_of_estimator, estimator_of_bytes
+from robot.odometry.estimates import EstimateSeries
+from robot.odometry.request import believed_robot
+from robot.odometry.track import Track, TrackedLog, Tracker
+from robot.requests.recorded import OdomRequest
+
+UNKNOWN_NS = -1
+
+
+@dataclass(frozen=True, slots=True)
+class TrackTask:
+    """What a process needs for a stretch: the log with its robot file and metadata, and the stretch."""
+
+    path: Path
+    config_text: str
+    metadata: tuple[tuple[str, str], ...]
+    stretch: Stretch
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackedStretch:
+    """The recording of a stretch, and the estimates in it."""
+
+    log: Recording
+    track: Track
+
+
+class _DifferentError(Exception):
+    """The estimator did not come to what the log says."""
+
+
+def track_stretches(path: Path, request: OdomRequest, contents: LogContents) -> TrackedLog | None:
+    """Run the estimator over a log on all cores: as ``track_log``.
+
+    Args:
+        path: The log.
+        request: What to use in place of its robot file.
+        contents: Filled as the log is read.
+
+    Returns:
+        None if the log cannot be divided, is not worth it, or other settings than its own are asked for.
+
+    Raises:
+        RecordError: The log cannot be read.
+        ConfigError: Its robot file is none.
+    """
+    if not _with_its_own_settings(request):
+        return None
+    first = next(read_tick_messages(path, contents), None)
+    known = contents.config_text and contents.start_unix_ns(UNKNOWN_NS) != UNKNOWN_NS
+    if first is None or not known or not worth_processes(path, first.layout):
+        return None
+    metadata = tuple(contents.metadata.items())
+    tasks = [
+        TrackTask(path, contents.config_text, metadata, stretch) for stretch in find_stretches(path)
+    ]
+    if len(tasks) < 2:
+        return None
+    parts: list[TrackedStretch] = []
+    progress = contents.progress
+    try:
+        with worker_pool(min(cores(), len(tasks))) as pool:
+            futures = [pool.submit(track_stretch, task) for task in tasks]
+            if not checksum_fits(path):
+                raise _DifferentError
+            futures.reverse()  # each is let go as it is read
+            for task in tasks:
+                part = futures.pop().result()
+                if part is None:
+                    raise _DifferentError
+                parts.append(part)
+                progress.position = task.stretch.span[1]
+                progress.tell()
+    except (_DifferentError, BrokenExecutor):  # or a process is gone
+        return None
+    progress.position, progress.finished = progress.size, True
+    config = believed_robot(request, contents.config_text)
+    tracks = [part.track for part in parts]
+    logs = [part.log for part in parts]
+    parts.clear()
+    log = replace(_joined_logs(logs), metadata=contents.metadata)
+    return TrackedLog(log, config, joined_tracks(tracks))
+
+
+def _with_its_own_settings(request: OdomRequest) -> bool:
+    others = (request.robot, request.law)
+    switched = (request.no_sway, request.no_forces, request.no_imu, request.smooth)
+    return others == (None, None) and not any(switched)
+
+
+def _joined_logs(logs: list[Recording]) -> Recording:
+    logs.reverse()
+    return join_recordings((logs.pop() for _ in range(len(logs))), damage="")
+
+
+def joined_tracks(parts: list[Track]) -> Track:
+    """Return the tracks of a log's parts as that of the whole; the parts are not to be used again."""
+    unix_ns = np.concatenate([part.unix_ns for part in parts])
+    joined: dict[str, Any] = {
+        field.name: np.concatenate([getattr(part, field.name) for part in parts])
+        for field in fields(Track)
+        if field.name in {"step_us", "rejections", "anchored"}
+    }
+    return Track(
+        t_s=(unix_ns - unix_ns[0]) * 1e-9,
+        unix_ns=unix_ns,
+        estimates=EstimateSeries.joined([part.estimates for part in parts]),
+        states=(),
+        **joined,
+    )
+
+
+def track_stretch(task: TrackTask) -> TrackedStretch | None:
+    """Run the estimator over a stretch; None if it does not end as the log says, or cannot be read."""
+    try:
+        return _track_stretch(task)
+    except (_DifferentError, BigantError, *DAMAGE):
+        return None
+
+
+def _track_stretch(task: TrackTask) -> TrackedStretch:
+    stretch, tracker = task.stretch, Tracker(_robot(task.config_text))
+    if stretch.before is not None:
+        memory = estimator_of_bytes(stretch.before)
+        if memory is None:
+            raise _DifferentError
+        tracker.begin_at(memory)
+    metadata: Mapping[str, str] = MappingProxyType(dict(task.metadata))
+    contents = LogContents(task.config_text, metadata)
+    log = read_log(task.path, contents, tracker.take, stretch=stretch)
+    if contents.damages or (
+        stretch.end is not None and len(log.t_s) != stretch.end - stretch.begin
+    ):
+        raise _DifferentError
+    if stretch.after is not None:
+        ended = estimator_of_bytes(stretch.after)
+        if ended is None or bytes_of_estimator(ended) != bytes_of_estimator(tracker.memory):
+            raise _DifferentError
+    # who asked has the metadata, and a view of a mapping does not go from process to process
+    return TrackedStretch(replace(log, metadata={}), tracker.track())
+
+
+@cache
+def _robot(config_text: str) -> RobotConfig:
+    return believed_robot(OdomRequest(), config_text)
