@@ -14,9 +14,10 @@ from gap.diagnosis.detection import Detection, detect, detectable
 from gap.diagnosis.drop_worse import drop_worse
 from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.gap_evidence import GapEvidence, compare
-from gap.diagnosis.how_far import HowFar
+from gap.diagnosis.how_far import HowFar, how_far
 from gap.diagnosis.new_commands import new_commands
 from gap.diagnosis.probability import Fit, RivalCause, chances, none_of_them
+from gap.diagnosis.second_look import second_look
 from gap.diagnosis.study import FEWEST_REFERENCES, Study, make_study
 from gap.diagnosis.trend import none_with, trends_of
 from gap.diagnosis.verdict import gap_exists, named_causes, verdict_of, warnings_of
@@ -99,6 +100,7 @@ def diagnose_study(
     progress("how much is explained", 0.72)
     selection = settled_by_vibration(comparison.evidence, selection, comparison.healthy)
     selection, far = drop_worse(comparison, selection, seed)
+    selection, far = _looked_again(comparison, selection, far, seed)
     progress("where it lies", 0.74)
     answer = _answer(comparison, selection, far)
     progress("what to run next", NEXT_FROM)
@@ -106,6 +108,16 @@ def diagnose_study(
     diagnosis = _diagnosis(comparison, selection, far, answer, faults, runs, seed)
     progress("done", 1.0)
     return diagnosis
+
+
+def _looked_again(
+    comparison: GapEvidence, selection: Selection, far: HowFar, seed: int
+) -> tuple[Selection, HowFar]:
+    """Add what a second look finds, where no references say what is usual."""
+    more = second_look(comparison, selection)
+    if more is selection:
+        return selection, far
+    return more, how_far(comparison.held, more.fitted.causes, seed)
 
 
 @dataclass(frozen=True, slots=True)

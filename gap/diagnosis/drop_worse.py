@@ -1,21 +1,19 @@
 """Causes against held-out runs: one that makes them worse is not named.
 
-They are judged end to end, from commands alone. That is no fair judge of a cause whose trace cannot be
-predicted from commands: where a body swings on its legs, nobody knows in which phase. Each stage fed what
-was measured knows; so a cause with which held-out runs are then clearly predicted better stays.
+They are judged end to end, from commands alone. A cause with which held-out runs are clearly predicted
+better where each stage is fed what was measured stays all the same (``gap.diagnosis.held_stage``).
 """
 
 from collections.abc import Iterator
 
 from gap.constants import HELD_OUT_ADDS, HELD_OUT_STAGE
 from gap.diagnosis.gap_evidence import GapEvidence
+from gap.diagnosis.held_stage import helps_its_stage
 from gap.diagnosis.how_far import HowFar, how_far
-from gap.interfaces import Drive
 from gap.search.candidates import families_of
-from gap.search.cross_validation import CLEAR_ERRORS, advantage, unseen_score
+from gap.search.cross_validation import CLEAR_ERRORS, unseen_score
 from gap.search.fit import fit_causes
 from gap.search.look import Selection
-from gap.search.options import worth
 from gap.search.replacement import fitted_for, in_its_place, without
 
 RIVALS = 2  # of a cause, that are tried in its place
@@ -48,26 +46,9 @@ def drop_worse(
 def _worst(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | None:
     """Number of the cause without which held-out runs are clearly predicted better by most."""
     order = sorted((i for i, one in enumerate(far.worse) if one), key=lambda i: far.last[i])
-    return next((i for i in order if not _helps_its_stage(comparison, selection, i)), None)
-
-
-def _helps_its_stage(
-    comparison: GapEvidence, selection: Selection, at: int, least: float = 0.0
-) -> bool:
-    """Whether a cause clearly helps to predict held-out runs where each stage is fed what was measured.
-
-    ``least`` is the share of the score without it that it must close.
-    """
-    study = comparison.study
-    if study.local is Drive.COMMAND:
-        return False
-    held, causes = study.held_evidence(study.local), selection.fitted.causes
-    with_it, without_it = (
-        held.score(one).sum(axis=1) for one in held.residuals([causes, without(causes, at)])
+    return next(
+        (i for i in order if not helps_its_stage(comparison, selection.fitted.causes, i)), None
     )
-    gain = advantage(with_it, without_it, held.block_part)
-    closes = float(without_it.sum() - with_it.sum()) >= least * float(without_it.sum())
-    return closes and worth(gain, len(causes[at].values), len(with_it))
 
 
 def _idle(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | None:
@@ -80,7 +61,8 @@ def _idle(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | N
 
     def stays(at: int) -> bool:
         each = selection.steps[at].chosen.added.effect.each
-        return not each and _helps_its_stage(comparison, selection, at, HELD_OUT_STAGE)
+        causes = selection.fitted.causes
+        return not each and helps_its_stage(comparison, causes, at, HELD_OUT_STAGE)
 
     if len(far.last) < 2:
         return None

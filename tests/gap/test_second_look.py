@@ -1,0 +1,51 @@
+"""What a second look without references adds to causes that are named, and what it leaves."""
+
+import pytest
+
+import gap.search.unlike as unlike
+from gap.diagnosis.gap_evidence import GapEvidence, compare
+from gap.diagnosis.second_look import second_look
+from gap.diagnosis.study import make_study
+from gap.interfaces import Cause
+from tests.gap.test_drop_worse import selected
+from tests.gap.toy import Toy, toy_case, toy_references
+
+LAG = Cause("lag", (), (0.05,))
+
+
+def compared(causes: list[Cause], seed: int = 3) -> GapEvidence:
+    return compare(make_study(toy_case(causes, seed), Toy(), ()), lambda _: None)
+
+
+def added(comparison: GapEvidence, named: list[Cause]) -> list[tuple[str, tuple[str, ...]]]:
+    more = second_look(comparison, selected(comparison, named))
+    return [(one.effect, one.joints) for one in more.fitted.causes][len(named) :]
+
+
+def test_an_effect_of_the_whole_machine_that_was_not_named_is_added() -> None:
+    tether = Cause("tether", (), (0.3,))
+    assert added(compared([LAG, tether]), [LAG]) == [("tether", ())]
+
+
+def test_a_joint_unlike_the_others_is_added(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The toy has three joints, of which two are others; with one degree of freedom only much stands out."""
+    monkeypatch.setattr(unlike, "FEWEST_OTHERS", 2)
+    stiffness = Cause("stiffness", ("c",), (0.4,))
+    assert added(compared([LAG, stiffness]), [LAG]) == [("stiffness", ("c",))]
+
+
+def test_what_all_joints_have_is_no_cause_at_any_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(unlike, "FEWEST_OTHERS", 2)
+    everywhere = [Cause("bias", (joint,), (0.4,)) for joint in ("a", "b", "c")]
+    assert added(compared([LAG, *everywhere]), [LAG]) == []
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5])
+def test_nothing_is_added_where_nothing_is_left(seed: int) -> None:
+    assert added(compared([LAG], seed), [LAG]) == []
+
+
+def test_references_leave_no_second_look() -> None:
+    trials = toy_case([LAG, Cause("tether", (), (0.3,))], 3)
+    comparison = compare(make_study(trials, Toy(), toy_references(3)), lambda _: None)
+    assert added(comparison, [LAG]) == []
