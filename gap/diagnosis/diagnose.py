@@ -28,7 +28,7 @@ from gap.interfaces import Cause, Drive, Proposal, Simulator
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.predictions import PredictsElsewhere
 from gap.residuals.vibration import settled
-from gap.search.candidates import Candidate
+from gap.search.candidates import Candidate, families_of
 from gap.search.cross_validation import unseen_residual
 from gap.search.look import Selection
 from gap.search.options import nats_beyond
@@ -99,8 +99,7 @@ def diagnose_study(
     )  # fmt: skip
     progress("how much is explained", 0.72)
     selection = settled_by_vibration(comparison.evidence, selection, comparison.healthy)
-    selection, far = drop_worse(comparison, selection, seed)
-    selection, far = _looked_again(comparison, selection, far, seed)
+    selection, far = _judged_by_held_out(comparison, selection, seed)
     progress("where it lies", 0.74)
     answer = _answer(comparison, selection, far)
     progress("what to run next", NEXT_FROM)
@@ -110,14 +109,19 @@ def diagnose_study(
     return diagnosis
 
 
-def _looked_again(
-    comparison: GapEvidence, selection: Selection, far: HowFar, seed: int
+def _judged_by_held_out(
+    comparison: GapEvidence, selection: Selection, seed: int
 ) -> tuple[Selection, HowFar]:
-    """Add what a second look finds, where no references say what is usual."""
-    more = second_look(comparison, selection)
-    if more is selection:
-        return selection, far
-    return more, how_far(comparison.held, more.fitted.causes, seed)
+    """Drop causes that held-out runs speak against, and take a second look where no reference helps."""
+    left, far = drop_worse(comparison, selection, seed)
+    effects = comparison.evidence.effects
+    dropped = families_of(selection.fitted.causes, effects) - families_of(
+        left.fitted.causes, effects
+    )
+    more = second_look(comparison, left, dropped)
+    return (
+        (left, far) if more is left else (more, how_far(comparison.held, more.fitted.causes, seed))
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -52,15 +52,15 @@ def unlike_joints(
         places = one.candidate.joints
         if len(places) == 1 and one.offset < 0 and one.rows:
             effects[one.candidate.effect.name].append(_asked(one, signatures, pulled, weight))
-    found = [
+    compared = [
         one
         for own in effects.values()
         for one in _compared([asked for asked in own if len(asked.spreads) == _most(own)], taken)
     ]
-    tests = len(found)
+    tests = len(compared)
     among = [
         UnlikeJoint(one.candidate, one.values, -float(np.expm1(tests * np.log1p(-one.chance))))
-        for one in found
+        for one in compared
     ]
     return sorted(among, key=lambda one: (one.chance, one.candidate.key))
 

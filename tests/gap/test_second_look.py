@@ -34,10 +34,11 @@ def test_a_joint_unlike_the_others_is_added(monkeypatch: pytest.MonkeyPatch) -> 
     assert added(compared([LAG, stiffness]), [LAG]) == [("stiffness", ("c",))]
 
 
-def test_what_all_joints_have_is_no_cause_at_any_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(unlike, "FEWEST_OTHERS", 2)
-    everywhere = [Cause("bias", (joint,), (0.4,)) for joint in ("a", "b", "c")]
-    assert added(compared([LAG, *everywhere]), [LAG]) == []
+def test_what_held_out_runs_spoke_against_is_not_named_again() -> None:
+    comparison = compared([LAG, Cause("tether", (), (0.3,))])
+    named = selected(comparison, [LAG])
+    more = second_look(comparison, named, {("tether", ())})
+    assert "tether" not in {one.effect for one in more.fitted.causes}
 
 
 @pytest.mark.parametrize("seed", [3, 4, 5])
