@@ -6,11 +6,17 @@ better where each stage is fed what was measured stays all the same (``gap.diagn
 
 from collections.abc import Iterator
 
-from gap.constants import HELD_OUT_ADDS, HELD_OUT_STAGE
+from gap.constants import (
+    HELD_OUT_ADDS,
+    HELD_OUT_SIZEABLE,
+    HELD_OUT_STAGE,
+    LEAST_SIZE,
+    SIZEABLE,
+)
 from gap.diagnosis.gap_evidence import GapEvidence
 from gap.diagnosis.held_stage import helps_its_stage
 from gap.diagnosis.how_far import HowFar, how_far
-from gap.search.candidates import families_of
+from gap.search.candidates import families_of, size_of
 from gap.search.cross_validation import CLEAR_ERRORS, unseen_score
 from gap.search.fit import fit_causes
 from gap.search.look import Selection
@@ -25,13 +31,18 @@ def drop_worse(
     """Drop the causes without which held-out runs are clearly predicted better, the worst first.
 
     Where no references say how runs scatter, so are causes that together predict them worse than none (a
-    alternative that fits as well is tried in their place), and one that adds next to nothing to the others.
+    alternative that fits as well is tried in their place), one that adds next to nothing to the others, and
+    one so small that it may be what a wrong law looks like.
     Returns the causes that are left, fitted again, and how far the gap shrinks with them. Where one was
     dropped, held-out runs have had a say in which causes are named, not in their sizes.
     """
     far = how_far(comparison.held, selection.fitted.causes, seed)
+    alone = comparison.healthy is None
     while selection.steps:
-        alone = comparison.healthy is None
+        if alone and (small := _smallest(comparison, selection)) is not None:
+            selection = _left_out(comparison, selection, small)
+            far = how_far(comparison.held, selection.fitted.causes, seed)
+            continue
         if alone and (any(far.worse) or far.after > far.before):
             selection, far = _better(comparison, selection, far, seed)
             continue
@@ -51,21 +62,37 @@ def _worst(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | 
     )
 
 
+def _smallest(comparison: GapEvidence, selection: Selection) -> int | None:
+    """Number of the smallest cause, if it is too small to be named."""
+    sizes = _sizes(comparison, selection)
+    at = min(range(len(sizes)), key=sizes.__getitem__)
+    return at if sizes[at] < LEAST_SIZE else None
+
+
+def _sizes(comparison: GapEvidence, selection: Selection) -> list[float]:
+    effects = comparison.evidence.effects
+    return [size_of(one, effects[one.effect]) for one in selection.fitted.causes]
+
+
 def _idle(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | None:
     """Number of the cause that adds least to the others on held-out runs, if that is next to nothing.
 
     Beside a cause that explains nearly all of the gap (a servo that lags), others can add next to nothing
-    to the whole and be right all the same: those that clearly help their stage stay. An effect with numbers
-    for each joint helps its stage too easily; it is judged by the whole.
+    to the whole and be right all the same: those that clearly help their stage stay, large ones sooner. An
+    effect with numbers for each joint helps its stage too easily; it is judged by the whole.
     """
 
     def stays(at: int) -> bool:
         each = selection.steps[at].chosen.added.effect.each
         causes = selection.fitted.causes
-        return not each and helps_its_stage(comparison, causes, at, HELD_OUT_STAGE)
+        least: float = HELD_OUT_SIZEABLE if sizes[at] >= SIZEABLE else HELD_OUT_STAGE
+        if not causes[at].values:
+            least = 0.0  # a law is there or not: it has no size that a misfit could choose
+        return not each and helps_its_stage(comparison, causes, at, least)
 
     if len(far.last) < 2:
         return None
+    sizes = _sizes(comparison, selection)
     known = sorted((last, at) for at, last in enumerate(far.last) if last < HELD_OUT_ADDS)
     return next((at for _, at in known if not stays(at)), None)
 

@@ -10,10 +10,10 @@ Either must clearly help to predict held-out runs, each stage fed with what was 
 from collections.abc import Set
 from dataclasses import replace
 
-from gap.constants import FALSE_ALARMS, LAW_GAIN, REST_SHARE
+from gap.constants import FALSE_ALARMS, LAW_GAIN, LEAST_SIZE, REST_SHARE
 from gap.diagnosis.gap_evidence import GapEvidence
 from gap.diagnosis.held_stage import helps_its_stage
-from gap.search.candidates import Family, families_of
+from gap.search.candidates import Family, families_of, size_of
 from gap.search.look import Look, Search, Selection, Step
 from gap.search.options import Option, fit_option, share_of, worth
 from gap.search.screen import Signatures, make_signatures
@@ -21,7 +21,7 @@ from gap.search.unlike import unlike_joints
 
 MOST_MORE = 5  # causes
 FITTED = 3  # joints at each step
-AS_A_LAW = Search(least_gain=LAW_GAIN)
+AS_A_LAW = Search(least_gain=LAW_GAIN, least_size=LEAST_SIZE)
 
 
 def second_look(
@@ -32,18 +32,20 @@ def second_look(
     Args:
         comparison: Trials against the simulator; with references there is no second look.
         selection: The causes so far.
-        dropped: Causes that held-out runs spoke against, which are not named again.
+        dropped: Causes that held-out runs spoke against; where the search comes back to one of them it
+            ends: another in its place would be no better.
     """
     if comparison.study.references:
         return selection
     evidence = comparison.evidence
-    free = tuple(one for one in comparison.candidates if one.family not in dropped)
-    signatures = make_signatures(evidence, free, selection.fitted.causes, lambda _: None)
+    signatures = make_signatures(
+        evidence, comparison.candidates, selection.fitted.causes, lambda _: None
+    )
     for _ in range(MOST_MORE):
         step = _one_joint(comparison, selection, signatures) or _as_a_law(
             comparison, selection, signatures
         )
-        if step is None:
+        if step is None or step.chosen.added.family in dropped:
             break
         option = step.chosen
         steps = (*selection.steps, step)
@@ -89,8 +91,11 @@ def _as_a_law(comparison: GapEvidence, selection: Selection, signatures: Signatu
 
 
 def _stands(comparison: GapEvidence, option: Option) -> bool:
-    """Whether what an option adds, its last cause, is more than scatter in fitted and in held-out runs."""
-    if not worth(option.over, len(option.added.effect.parameters), len(option.unseen)):
+    """Whether what an option adds, its last cause, is no trifle, nor scatter in fitted or held-out runs."""
+    effect = option.added.effect
+    if size_of(option.cause, effect) < LEAST_SIZE:
+        return False
+    if not worth(option.over, len(effect.parameters), len(option.unseen)):
         return False
     causes = option.fitted.causes
     return helps_its_stage(comparison, causes, len(causes) - 1)

@@ -116,6 +116,12 @@ def families_of(causes: Sequence[Cause], effects: Mapping[str, Effect]) -> set[F
     return {(effects[cause.effect].family, cause.joints) for cause in causes}
 
 
+def size_of(cause: Cause, effect: Effect) -> float:
+    """Largest distance of a cause's numbers from neutral in spreads, places apart; endless for a law."""
+    pairs = [(p, v) for p, v in zip(effect.parameters, cause.values, strict=True) if not p.located]
+    return max((abs(v - p.neutral) / p.spread for p, v in pairs), default=math.inf)
+
+
 def step_of(parameter: Parameter, value: float, share: float) -> float:
     """Return a step within the bounds, negative if there is no room above."""
     step = share * parameter.spread

@@ -10,7 +10,7 @@ from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
 from gap.search.at_once import each_of
-from gap.search.candidates import Family, families_of
+from gap.search.candidates import Family, families_of, size_of
 from gap.search.edges import with_seen_edges
 from gap.search.fit import ROUNDS, Fitted
 from gap.search.healthy_search import HealthySearch
@@ -85,6 +85,7 @@ class Search:
         least_share: Share of the score, in the channels in which it acts, that a cause must close where
             there are no references.
         rounds: Most steps of a fit.
+        least_size: Spreads from neutral that a cause must have where there are no references.
         least_gain: Share of the whole score that a cause must gain where there are no references.
         pairs: Whether two causes are tried together where there are no references and no one is worth it.
         laws: Whether a law that alone gains too little is tried with the cause that it needs.
@@ -94,6 +95,7 @@ class Search:
     most: int = MOST_CAUSES
     least_share: float = LEAST_SHARE
     rounds: int = ROUNDS
+    least_size: float = 0.0
     least_gain: float = 0.0
     pairs: bool = False
     laws: bool = False
@@ -163,6 +165,8 @@ class Look:
             for one in fresh:
                 if not worth(one.over, len(one.added.effect.parameters), len(one.unseen)):
                     continue
+                if self.healthy is None and self._too_small(one):
+                    continue
                 p = self.chance(one)
                 if p < level and self._closes_enough(one, selection):
                     one, p = self.off_bound(one, p, options)
@@ -187,6 +191,9 @@ class Look:
         added = gain.signature.candidate
         start = (*selection.fitted.causes, added.cause(gain.values))
         return fit_option(self.evidence, added, start, selection.unseen, self.search.rounds)
+
+    def _too_small(self, one: Option) -> bool:
+        return size_of(one.cause, one.added.effect) < self.search.least_size
 
     def _closes_enough(self, one: Option, selection: Selection) -> bool:
         if self.healthy is None:
