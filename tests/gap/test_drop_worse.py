@@ -78,3 +78,41 @@ def test_without_references_what_adds_nothing_to_the_whole_stays_if_it_clearly_h
     monkeypatch.setattr(drop_module, "how_far", all_idle)
     left, _ = drop_worse(comparison, selected(comparison, [lag, stiffness, tiny]), 0)
     assert {one.effect for one in left.fitted.causes} == {"lag", "stiffness"}
+
+
+def test_without_references_a_cause_below_half_a_spread_is_dropped() -> None:
+    """A simulator with a wrong law asks for a little of everything."""
+    lag, stiffness = Cause("lag", (), (0.05,)), Cause("stiffness", ("c",), (0.8,))
+    tiny = Cause("bias", ("a",), (0.1,))  # a third of its spread, twice the noise
+    trials = toy_case([lag, stiffness, tiny], 3)
+    alone = compare(make_study(trials, Toy(), ()), lambda _: None)
+    left, _ = drop_worse(alone, selected(alone, [lag, stiffness, tiny]), 0)
+    assert {one.effect for one in left.fitted.causes} == {"lag", "stiffness"}
+    known = compare(make_study(trials, Toy(), toy_references(3)), lambda _: None)
+    left, _ = drop_worse(known, selected(known, [lag, stiffness, tiny]), 0)
+    assert {one.effect for one in left.fitted.causes} == {"lag", "stiffness", "bias"}
+
+
+def test_without_references_a_law_stays_if_it_clearly_helps_its_stage(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It has no size that could be small, however little of its stage is left for it to explain."""
+    lag, law = Cause("lag", (), (0.05,)), Cause("square_law", (), ())
+    comparison = compare(make_study(toy_case([lag, law], 3), Toy(), ()), lambda _: None)
+    monkeypatch.setattr(drop_module, "how_far", all_idle)
+    monkeypatch.setattr(drop_module, "HELD_OUT_STAGE", 2.0)
+    monkeypatch.setattr(drop_module, "HELD_OUT_SIZEABLE", 2.0)
+    left, _ = drop_worse(comparison, selected(comparison, [lag, law]), 0)
+    assert [one.effect for one in left.fitted.causes] == ["square_law"]
+
+
+def test_without_references_a_large_cause_needs_a_smaller_part_of_its_stage(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    stiffness, weaker = Cause("stiffness", ("c",), (0.7,)), Cause("stiffness", ("a",), (0.85,))
+    trials = toy_case([stiffness, weaker], 3)
+    comparison = compare(make_study(trials, Toy(), ()), lambda _: None)
+    monkeypatch.setattr(drop_module, "how_far", all_idle)
+    monkeypatch.setattr(drop_module, "HELD_OUT_STAGE", 2.0)  # more than any cause has
+    left, _ = drop_worse(comparison, selected(comparison, [stiffness, weaker]), 0)
+    assert [one.joints for one in left.fitted.causes] == [("c",)]

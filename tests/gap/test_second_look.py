@@ -28,7 +28,7 @@ def test_an_effect_of_the_whole_machine_that_was_not_named_is_added() -> None:
 
 
 def test_a_joint_unlike_the_others_is_added(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The toy has three joints, of which two are others; with one degree of freedom only much stands out."""
+    """The toy has three joints, so two are others; with one degree of freedom only much stands out."""
     monkeypatch.setattr(unlike, "FEWEST_OTHERS", 2)
     stiffness = Cause("stiffness", ("c",), (0.4,))
     assert added(compared([LAG, stiffness]), [LAG]) == [("stiffness", ("c",))]
