@@ -51,7 +51,8 @@ the constants. As they are, {right} of {cases} answers are right
 
 Shares whose double would reach 1 ({halfway}) go half of the way to 1 instead;
 of `NONE`, a logarithm of odds, the odds are halved and doubled. The cells say what changes; "-" is: no
-verdict, no cause and no figure changes. So few cases show which constants matter, not by how much to
+verdict, no cause and no figure changes. Each constant is compared with the engine of the day on which it
+was measured ({runs} such days). So few cases show which constants matter, not by how much to
 change one: one case is {one:.1%}.
 
 **What matters most:**
@@ -83,11 +84,12 @@ def page() -> str:
     """Return the page."""
     measured = parse_toml(MEASURED.read_text(encoding="utf-8"), MEASURED.name)
     small, legged = measured["small_machines"], measured["legged"]
-    before, table = small["unchanged"], small["constants"]
+    before, table, runs = small["unchanged"], small["constants"], small["runs"]
     known = {name: one for name, one in vars(constants).items() if isinstance(one, Constant)}
     rows = [
         f"| `{name}` | {float(one):g} | {one.meaning} | {one.chosen} | "
-        f"{_cell(before, table[name]['half'])} | {_cell(before, table[name]['twice'])} |"
+        f"{_cell(_own(runs, table[name]), table[name]['half'])} | "
+        f"{_cell(_own(runs, table[name]), table[name]['twice'])} |"
         for name, one in known.items()
     ]
     robots, legged_table = legged["unchanged"], legged["constants"]
@@ -95,10 +97,12 @@ def page() -> str:
         f"| `{name}` | {_cell(robots, one['half'])} | {_cell(robots, one['twice'])} |"
         for name, one in legged_table.items()
     ]
-    order = sorted(known, key=lambda name: _weight(before, table[name]), reverse=True)
+    order = sorted(
+        known, key=lambda name: _weight(_own(runs, table[name]), table[name]), reverse=True
+    )
     most = [
-        f"- `{name}` ({known[name].meaning}): half, {_cell(before, table[name]['half'])}; "
-        f"twice, {_cell(before, table[name]['twice'])}."
+        f"- `{name}` ({known[name].meaning}): half, {_cell(_own(runs, table[name]), table[name]['half'])}; "
+        f"twice, {_cell(_own(runs, table[name]), table[name]['twice'])}."
         for name in order[:MOST]
     ]
     unmoved = [name for name in known if not any(_moved(table[name][s]) for s in ("half", "twice"))]
@@ -106,12 +110,18 @@ def page() -> str:
     cases = sum(before["cases"].values())
     return PAGE_TEXT.format(
         cases=cases, kinds=_kinds(before), counts=_counts(before), shares_now=_shares(before),
-        right=before["right"], one=1.0 / cases, most="\n".join(most), halfway=_listed(halfway),
+        right=before["right"], runs=len(runs), one=1.0 / cases, most="\n".join(most), halfway=_listed(halfway),
         idle=len(unmoved), unmoved=_listed(unmoved), rows="\n".join(rows),
         legged_cases=sum(robots["cases"].values()), legged_kinds=_kinds(robots),
         legged_counts=_counts(robots), legged_shares=_shares(robots), realities=legged["realities"],
         legged_rows="\n".join(legged_rows),
     )  # fmt: skip
+
+
+def _own(runs: Mapping[str, Figures], row: Figures) -> Figures:
+    """How answers were, unchanged, in the run in which a constant was measured."""
+    own: Figures = runs[str(row["run"])]
+    return own
 
 
 def _went_halfway(name: str, row: Figures) -> bool:

@@ -104,7 +104,7 @@ SIZEABLE = Constant(
 )  # fmt: skip
 HELD_OUT_SIZEABLE = Constant(0.03, "that share, for a cause of such a size", "with the one before")
 LEAST_SIZE = Constant(
-    0.5, "spreads below which a cause is not named without references",
+    0.5, "spreads below which a cause must add to the whole, not only to its stage, without references",
     "on five of the 19 realities (seed 8801, labels open): mimics of a wrong simulator are mostly smaller",
 )  # fmt: skip
 LEAST_SHARE = Constant(

@@ -46,8 +46,13 @@ def main() -> None:
     measured = _measured(names, tuple(request.campaigns), request.jobs)
     section = "legged" if request.campaigns else "small_machines"
     earlier = _earlier(request.out)
-    if request.only and section in earlier:
-        measured["constants"] = {**earlier[section]["constants"], **measured["constants"]}
+    old = earlier.get(section, {}) if request.only else {}
+    # a row is compared with how answers were in its own run: engines change between runs
+    runs = old.get("runs", {})
+    number = len(runs) + 1
+    measured["runs"] = {**runs, str(number): measured["unchanged"]}
+    rows = {name: {**row, "run": number} for name, row in measured["constants"].items()}
+    measured["constants"] = {**old.get("constants", {}), **rows}
     if request.campaigns:
         measured["realities"] = ", ".join(one.name for one in request.campaigns)
     request.out.write_text(toml_text({**earlier, section: measured}, HEAD), encoding="utf-8")

@@ -31,18 +31,13 @@ def drop_worse(
     """Drop the causes without which held-out runs are clearly predicted better, the worst first.
 
     Where no references say how runs scatter, so are causes that together predict them worse than none (a
-    alternative that fits as well is tried in their place), one that adds next to nothing to the others, and
-    one so small that it may be what a wrong law looks like.
+    alternative that fits as well is tried in their place), and one that adds next to nothing to the others.
     Returns the causes that are left, fitted again, and how far the gap shrinks with them. Where one was
     dropped, held-out runs have had a say in which causes are named, not in their sizes.
     """
     far = how_far(comparison.held, selection.fitted.causes, seed)
     alone = comparison.healthy is None
     while selection.steps:
-        if alone and (small := _smallest(comparison, selection)) is not None:
-            selection = _left_out(comparison, selection, small)
-            far = how_far(comparison.held, selection.fitted.causes, seed)
-            continue
         if alone and (any(far.worse) or far.after > far.before):
             selection, far = _better(comparison, selection, far, seed)
             continue
@@ -62,13 +57,6 @@ def _worst(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | 
     )
 
 
-def _smallest(comparison: GapEvidence, selection: Selection) -> int | None:
-    """Number of the smallest cause, if it is too small to be named."""
-    sizes = _sizes(comparison, selection)
-    at = min(range(len(sizes)), key=sizes.__getitem__)
-    return at if sizes[at] < LEAST_SIZE else None
-
-
 def _sizes(comparison: GapEvidence, selection: Selection) -> list[float]:
     effects = comparison.evidence.effects
     return [size_of(one, effects[one.effect]) for one in selection.fitted.causes]
@@ -78,17 +66,18 @@ def _idle(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | N
     """Number of the cause that adds least to the others on held-out runs, if that is next to nothing.
 
     Beside a cause that explains nearly all of the gap (a servo that lags), others can add next to nothing
-    to the whole and be right all the same: those that clearly help their stage stay, large ones sooner. An
-    effect with numbers for each joint helps its stage too easily; it is judged by the whole.
+    to the whole and be right all the same: those that clearly help their stage stay, large ones sooner. A
+    small one helps its stage where it is only what a wrong law looks like, and an effect with numbers for
+    each joint too easily; these are judged by the whole.
     """
 
     def stays(at: int) -> bool:
-        each = selection.steps[at].chosen.added.effect.each
+        judged_by_the_whole = selection.steps[at].chosen.added.effect.each or sizes[at] < LEAST_SIZE
         causes = selection.fitted.causes
         least: float = HELD_OUT_SIZEABLE if sizes[at] >= SIZEABLE else HELD_OUT_STAGE
         if not causes[at].values:
             least = 0.0  # a law is there or not: it has no size that a misfit could choose
-        return not each and helps_its_stage(comparison, causes, at, least)
+        return not judged_by_the_whole and helps_its_stage(comparison, causes, at, least)
 
     if len(far.last) < 2:
         return None

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gap.constants import LEAST_SIZE, TRIMMED
+from gap.constants import TRIMMED
 from gap.interfaces import Cause, Effect
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate
@@ -19,7 +19,7 @@ from gap.search.replacement import replaced, without
 from gap.search.screen import Signatures, make_signatures
 from model.values.arrays import FloatArray
 
-WHOLE_SEARCH = Search(pairs=True, least_size=LEAST_SIZE)
+WHOLE_SEARCH = Search(pairs=True)
 IDLE = 1e-6  # of a parameter's spread
 # Energy over expectation, little more than that of healthy runs, below which old signatures are kept.
 NOTHING_LEFT = 1.2
