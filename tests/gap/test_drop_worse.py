@@ -80,7 +80,7 @@ def test_without_references_what_adds_nothing_to_the_whole_stays_if_it_clearly_h
     assert {one.effect for one in left.fitted.causes} == {"lag", "stiffness"}
 
 
-def test_without_references_a_cause_below_half_a_spread_is_dropped() -> None:
+def test_without_references_a_small_cause_that_adds_nothing_to_the_whole_is_dropped() -> None:
     """A simulator with a wrong law asks for a little of everything."""
     lag, stiffness = Cause("lag", (), (0.05,)), Cause("stiffness", ("c",), (0.8,))
     tiny = Cause("bias", ("a",), (0.1,))  # a third of its spread, twice the noise
