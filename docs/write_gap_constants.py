@@ -110,7 +110,8 @@ def page() -> str:
     cases = sum(before["cases"].values())
     return PAGE_TEXT.format(
         cases=cases, kinds=_kinds(before), counts=_counts(before), shares_now=_shares(before),
-        right=before["right"], runs=len(runs), one=1.0 / cases, most="\n".join(most), halfway=_listed(halfway),
+        right=before["right"], runs=len(runs), one=1.0 / cases, most="\n".join(most),
+        halfway=_listed(halfway),
         idle=len(unmoved), unmoved=_listed(unmoved), rows="\n".join(rows),
         legged_cases=sum(robots["cases"].values()), legged_kinds=_kinds(robots),
         legged_counts=_counts(robots), legged_shares=_shares(robots), realities=legged["realities"],
