@@ -5,7 +5,7 @@ the prediction worse until the constants give way, and the constants alone are r
 are ranked to first order, and the best are fitted and judged as single causes are.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
@@ -15,8 +15,7 @@ from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, families_of
 from gap.search.look import Look, Selection, Step
 from gap.search.options import Option, fit_option, worth
-from gap.search.screen import Signature, Signatures
-from model.values.arrays import FloatArray
+from gap.search.screen import Signatures
 
 FITTED = 6  # pairs
 MOST_RIVALS = 4
@@ -90,14 +89,8 @@ def _starts(
     for _, a, b, step in ranked[:FITTED]:
         one, other = smooth[a], smooth[b]
         split = len(places[a])
-        causes = _cause(one, step[:split]), _cause(other, step[split:])
+        causes = (
+            one.candidate.cause(one.moved(step[:split])),
+            other.candidate.cause(other.moved(step[split:])),
+        )
         yield causes, (one.candidate, other.candidate)
-
-
-def _cause(one: Signature, step: Sequence[float] | FloatArray) -> Cause:
-    """A candidate's cause so many spreads away from its start, within its bounds."""
-    values = list(one.start)
-    for i, size in zip(one.live, step, strict=True):
-        p = one.candidate.effect.parameters[i]
-        values[i] = float(np.clip(values[i] + size * p.spread, p.lower, p.upper))
-    return one.candidate.cause(values)

@@ -36,6 +36,14 @@ class Signature:
     rows: tuple[int, ...]
     offset: int
 
+    def moved(self, step: Sequence[float] | FloatArray) -> tuple[float, ...]:
+        """Return the values so many spreads away from its start, one a live parameter, within bounds."""
+        values = list(self.start)
+        for i, size in zip(self.live, step, strict=True):
+            p = self.candidate.effect.parameters[i]
+            values[i] = float(np.clip(values[i] + size * p.spread, p.lower, p.upper))
+        return tuple(values)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Signatures:

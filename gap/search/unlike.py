@@ -8,7 +8,7 @@ over theirs beyond the mean of each other. Only what is linear about its start c
 
 from collections import defaultdict
 from collections.abc import Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,11 +57,7 @@ def unlike_joints(
         for own in effects.values()
         for one in _compared([asked for asked in own if len(asked.spreads) == _most(own)], taken)
     ]
-    tests = len(compared)
-    among = [
-        UnlikeJoint(one.candidate, one.values, -float(np.expm1(tests * np.log1p(-one.chance))))
-        for one in compared
-    ]
+    among = [replace(one, chance=_among(one.chance, len(compared))) for one in compared]
     return sorted(among, key=lambda one: (one.chance, one.candidate.key))
 
 
@@ -84,12 +80,9 @@ def _asked(
 ) -> _Asked:
     rows = signatures.matrix[list(one.rows)]
     energy = ((rows * weight) @ rows.T).astype(np.float64)
-    step = np.linalg.solve(energy + np.eye(len(energy)), pulled[list(one.rows)].astype(np.float64))
-    values = list(one.start)
-    for i, spreads in zip(one.live, step, strict=True):
-        p = one.candidate.effect.parameters[i]
-        values[i] = float(np.clip(values[i] + spreads * p.spread, p.lower, p.upper))
-    return _Asked(one.candidate, tuple(values), np.asarray(step, np.float64), energy)
+    pull = pulled[list(one.rows)].astype(np.float64)
+    step = np.asarray(np.linalg.solve(energy + np.eye(len(energy)), pull), np.float64)
+    return _Asked(one.candidate, one.moved(step), step, energy)
 
 
 def _compared(own: list[_Asked], taken: Set[Family]) -> list[UnlikeJoint]:
@@ -107,6 +100,11 @@ def _compared(own: list[_Asked], taken: Set[Family]) -> list[UnlikeJoint]:
         f = beyond / max(theirs, LEAST_SCATTER * beyond, 1e-300)
         out.append(UnlikeJoint(one.candidate, one.values, float(special.fdtrc(numbers, free, f))))
     return out
+
+
+def _among(chance: float, tests: int) -> float:
+    """Chance that the least of so many is as small."""
+    return -float(special.expm1(special.xlog1py(tests, -chance)))
 
 
 def _energy(one: _Asked, mean: FloatArray) -> float:

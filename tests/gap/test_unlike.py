@@ -108,3 +108,10 @@ def test_three_joints_are_too_few_to_compare() -> None:
     signatures, residual = machine({"bias": asked})
     three = Signatures(signatures.each[:3], signatures.matrix)
     assert unlike_joints(three, residual, np.ones_like(residual), set()) == []
+
+
+def test_joints_that_ask_for_nothing_at_all_have_no_chance_to_be_unlike() -> None:
+    """A chance of 1 among many stays 1, without a warning."""
+    signatures, residual = machine({"bias": np.zeros((6, 1))}, noise=0.0)
+    compared = unlike_joints(signatures, residual, np.ones_like(residual), set())
+    assert [one.chance for one in compared] == [1.0] * 6
