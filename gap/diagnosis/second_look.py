@@ -72,8 +72,11 @@ def _one_joint(
     ]  # fmt: skip
     options.sort(key=lambda one: -one.over.nats)
     for option in options:
-        share = share_of(evidence, option, standing, 0.0)
-        if share >= REST_SHARE and _stands(comparison, option):
+        effect = option.added.effect
+        large = size_of(option.cause, effect) >= LEAST_SIZE
+        clear = worth(option.over, len(effect.parameters), len(option.unseen))
+        part = share_of(evidence, option, standing, 0.0) >= REST_SHARE
+        if large and clear and part and _helps(comparison, option):
             return Step(option, tuple(one for one in options if one is not option))
     return None
 
@@ -85,17 +88,12 @@ def _as_a_law(comparison: GapEvidence, selection: Selection, signatures: Signatu
     if taken is None:
         return None
     option, p, rivals = taken
-    if p >= look.level(selection.fitted.residual) or not _stands(comparison, option):
+    if p >= look.level(selection.fitted.residual) or not _helps(comparison, option):
         return None
     return Step(option, rivals)
 
 
-def _stands(comparison: GapEvidence, option: Option) -> bool:
-    """Whether what an option adds, its last cause, is no trifle, nor scatter in fitted or held-out runs."""
-    effect = option.added.effect
-    if size_of(option.cause, effect) < LEAST_SIZE:
-        return False
-    if not worth(option.over, len(effect.parameters), len(option.unseen)):
-        return False
+def _helps(comparison: GapEvidence, option: Option) -> bool:
+    """Whether what an option adds, its last cause, clearly helps to predict held-out runs."""
     causes = option.fitted.causes
     return helps_its_stage(comparison, causes, len(causes) - 1)

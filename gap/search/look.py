@@ -85,7 +85,7 @@ class Search:
         least_share: Share of the score, in the channels in which it acts, that a cause must close where
             there are no references.
         rounds: Most steps of a fit.
-        least_size: Spreads from neutral that a cause must have where there are no references.
+        least_size: Spreads from neutral that a cause must have.
         least_gain: Share of the whole score that a cause must gain where there are no references.
         pairs: Whether two causes are tried together where there are no references and no one is worth it.
         laws: Whether a law that alone gains too little is tried with the cause that it needs.
@@ -165,7 +165,7 @@ class Look:
             for one in fresh:
                 if not worth(one.over, len(one.added.effect.parameters), len(one.unseen)):
                     continue
-                if self.healthy is None and self._too_small(one):
+                if size_of(one.cause, one.added.effect) < self.search.least_size:
                     continue
                 p = self.chance(one)
                 if p < level and self._closes_enough(one, selection):
@@ -191,9 +191,6 @@ class Look:
         added = gain.signature.candidate
         start = (*selection.fitted.causes, added.cause(gain.values))
         return fit_option(self.evidence, added, start, selection.unseen, self.search.rounds)
-
-    def _too_small(self, one: Option) -> bool:
-        return size_of(one.cause, one.added.effect) < self.search.least_size
 
     def _closes_enough(self, one: Option, selection: Selection) -> bool:
         if self.healthy is None:
