@@ -85,24 +85,22 @@ def page() -> str:
     measured = parse_toml(MEASURED.read_text(encoding="utf-8"), MEASURED.name)
     small, legged = measured["small_machines"], measured["legged"]
     before, table, runs = small["unchanged"], small["constants"], small["runs"]
+    own = _own_runs(small)  # engines change between runs
     known = {name: one for name, one in vars(constants).items() if isinstance(one, Constant)}
     rows = [
         f"| `{name}` | {float(one):g} | {one.meaning} | {one.chosen} | "
-        f"{_cell(_own(runs, table[name]), table[name]['half'])} | "
-        f"{_cell(_own(runs, table[name]), table[name]['twice'])} |"
+        f"{_cell(own[name], table[name]['half'])} | {_cell(own[name], table[name]['twice'])} |"
         for name, one in known.items()
     ]
-    robots, legged_table = legged["unchanged"], legged["constants"]
+    robots, legged_table, then = legged["unchanged"], legged["constants"], _own_runs(legged)
     legged_rows = [
-        f"| `{name}` | {_cell(robots, one['half'])} | {_cell(robots, one['twice'])} |"
+        f"| `{name}` | {_cell(then[name], one['half'])} | {_cell(then[name], one['twice'])} |"
         for name, one in legged_table.items()
     ]
-    order = sorted(
-        known, key=lambda name: _weight(_own(runs, table[name]), table[name]), reverse=True
-    )
+    order = sorted(known, key=lambda name: _weight(own[name], table[name]), reverse=True)
     most = [
-        f"- `{name}` ({known[name].meaning}): half, {_cell(_own(runs, table[name]), table[name]['half'])}; "
-        f"twice, {_cell(_own(runs, table[name]), table[name]['twice'])}."
+        f"- `{name}` ({known[name].meaning}): half, {_cell(own[name], table[name]['half'])}; "
+        f"twice, {_cell(own[name], table[name]['twice'])}."
         for name in order[:MOST]
     ]
     unmoved = [name for name in known if not any(_moved(table[name][s]) for s in ("half", "twice"))]
@@ -119,10 +117,10 @@ def page() -> str:
     )  # fmt: skip
 
 
-def _own(runs: Mapping[str, Figures], row: Figures) -> Figures:
-    """How answers were, unchanged, in the run in which a constant was measured."""
-    own: Figures = runs[str(row["run"])]
-    return own
+def _own_runs(section: Figures) -> dict[str, Figures]:
+    """How answers were, unchanged, in the run in which each constant was measured."""
+    runs, table = section["runs"], section["constants"]
+    return {name: runs[str(row["run"])] for name, row in table.items()}
 
 
 def _went_halfway(name: str, row: Figures) -> bool:
