@@ -6,7 +6,6 @@ or cut), nothing is concluded from it, and the log is read from its first tick o
 """
 
 from collections.abc import Mapping
-from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from pathlib import Path
@@ -15,15 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from gap.worker_pool import worker_pool
 from model.errors import BigantError
 from record.log.blocks.read import read_log
 from record.log.reader import LogContents, read_tick_messages
 from record.log.recording import Recording, join_recordings
 from record.log.salvage import DAMAGE
-from record.log.stretches import Stretch, checksum_fits, find_stretches
+from record.log.stretches import Stretch, find_stretches
 from robot.config.robot_file import RobotConfig
-from robot.console.processes import cores, worth_processes
+from robot.console.processes import worth_processes
+from robot.console.stretch_pool import DifferentError, in_stretches
 from robot.control.state_bytes import bytes_of_estimator, estimator_of_bytes
 from robot.odometry.estimates import EstimateSeries
 from robot.odometry.request import believed_robot
@@ -49,10 +48,6 @@ class TrackedStretch:
 
     log: Recording
     track: Track
-
-
-class _DifferentError(Exception):
-    """The estimator did not come to what the log says."""
 
 
 def track_stretches(path: Path, request: OdomRequest, contents: LogContents) -> TrackedLog | None:
@@ -82,24 +77,9 @@ def track_stretches(path: Path, request: OdomRequest, contents: LogContents) -> 
     ]
     if len(tasks) < 2:
         return None
-    parts: list[TrackedStretch] = []
-    progress = contents.progress
-    try:
-        with worker_pool(min(cores(), len(tasks))) as pool:
-            futures = [pool.submit(track_stretch, task) for task in tasks]
-            if not checksum_fits(path):
-                raise _DifferentError
-            futures.reverse()  # each is let go as it is read
-            for task in tasks:
-                part = futures.pop().result()
-                if part is None:
-                    raise _DifferentError
-                parts.append(part)
-                progress.position = task.stretch.span[1]
-                progress.tell()
-    except (_DifferentError, BrokenExecutor):  # or a process is gone
+    parts = in_stretches(path, tasks, track_stretch, contents.progress)
+    if parts is None:
         return None
-    progress.position, progress.finished = progress.size, True
     config = believed_robot(request, contents.config_text)
     tracks = [part.track for part in parts]
     logs = [part.log for part in parts]
@@ -140,7 +120,7 @@ def track_stretch(task: TrackTask) -> TrackedStretch | None:
     """Run the estimator over a stretch; None if it does not end as the log says, or cannot be read."""
     try:
         return _track_stretch(task)
-    except (_DifferentError, BigantError, *DAMAGE):
+    except (DifferentError, BigantError, *DAMAGE):
         return None
 
 
@@ -149,7 +129,7 @@ def _track_stretch(task: TrackTask) -> TrackedStretch:
     if stretch.before is not None:
         memory = estimator_of_bytes(stretch.before)
         if memory is None:
-            raise _DifferentError
+            raise DifferentError
         tracker.begin_at(memory)
     metadata: Mapping[str, str] = MappingProxyType(dict(task.metadata))
     contents = LogContents(task.config_text, metadata)
@@ -157,11 +137,11 @@ def _track_stretch(task: TrackTask) -> TrackedStretch:
     if contents.damages or (
         stretch.end is not None and len(log.t_s) != stretch.end - stretch.begin
     ):
-        raise _DifferentError
+        raise DifferentError
     if stretch.after is not None:
         ended = estimator_of_bytes(stretch.after)
         if ended is None or bytes_of_estimator(ended) != bytes_of_estimator(tracker.memory):
-            raise _DifferentError
+            raise DifferentError
     # who asked has the metadata, and a view of a mapping does not go from process to process
     return TrackedStretch(replace(log, metadata={}), tracker.track())
 

@@ -6,19 +6,17 @@ concluded from it: the log is then replayed tick by tick.
 """
 
 from collections.abc import Mapping
-from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 
-from gap.worker_pool import worker_pool
 from model.errors import BigantError
 from record.log.reader import LogContents
 from record.log.salvage import DAMAGE
-from record.log.stretches import Stretch, checksum_fits, find_stretches, read_stretch
+from record.log.stretches import Stretch, find_stretches, read_stretch
 from record.log.tick_message import decode_inputs, says_the_same
-from robot.console.processes import cores
+from robot.console.stretch_pool import DifferentError, in_stretches
 from robot.control.controller import Controller
 from robot.control.state_bytes import bytes_of_state, state_of_bytes
 from robot.replay.step_through import step_recorded
@@ -72,10 +70,6 @@ class ReplayedStretches:
     last_ns: int
 
 
-class _DifferentError(Exception):
-    """Something is not the same in every bit."""
-
-
 def replay_stretches(
     path: Path, contents: LogContents, gait: str | None
 ) -> ReplayedStretches | None:
@@ -96,25 +90,12 @@ def replay_stretches(
     stretches = find_stretches(path)
     if len(stretches) < 2:
         return None
-    progress, metadata = contents.progress, tuple(contents.metadata.items())
+    metadata = tuple(contents.metadata.items())
     tasks = [StretchTask(path, contents.config_text, metadata, gait, one) for one in stretches]
-    done: list[StretchDone] = []
-    try:
-        with worker_pool(min(cores(), len(tasks))) as pool:
-            futures = [pool.submit(replay_stretch, task) for task in tasks]
-            rebuilt = rebuild_controller(contents, None, gait)
-            if not checksum_fits(path):
-                raise _DifferentError
-            for task, future in zip(tasks, futures, strict=True):
-                result = future.result()
-                if result is None:
-                    raise _DifferentError
-                done.append(result)
-                progress.position = task.stretch.span[1]
-                progress.tell()
-    except (_DifferentError, BrokenExecutor):  # or a process is gone
+    rebuilt = rebuild_controller(contents, None, gait)
+    done = in_stretches(path, tasks, replay_stretch, contents.progress)
+    if done is None:
         return None
-    progress.position, progress.finished = progress.size, True
     ticks = sum(one.ticks for one in done)
     return ReplayedStretches(rebuilt, ticks, done[0].first_ns, done[-1].last_ns)
 
@@ -123,7 +104,7 @@ def replay_stretch(task: StretchTask) -> StretchDone | None:
     """Replay a stretch; None if anything in it is not the same in every bit, or cannot be read."""
     try:
         return _replay_stretch(task)
-    except (_DifferentError, BigantError, *DAMAGE):
+    except (DifferentError, BigantError, *DAMAGE):
         return None
 
 
@@ -140,13 +121,13 @@ def _replay_stretch(task: StretchTask) -> StretchDone:
         state, tick = step_recorded(path, message, recorded, controller, state)
         same = says_the_same(tick, message.data, recorded.end, message.layout)
         if not same or recorded.index != index:
-            raise _DifferentError
+            raise DifferentError
         first_ns = first_ns if index > stretch.begin else tick.t_ns
         index += 1
     whole = index == stretch.end if stretch.end is not None else index > stretch.begin
     ends_alike = stretch.after is None or bytes_of_state(state) == stretch.after
     if contents.damages or not (whole and ends_alike):
-        raise _DifferentError
+        raise DifferentError
     return StretchDone(index - stretch.begin, first_ns, tick.t_ns)
 
 
@@ -156,5 +137,5 @@ def _controller(config_text: str, metadata: Texts, gait: str | None) -> Controll
     known: Mapping[str, str] = MappingProxyType(dict(metadata))
     rebuilt = rebuild_controller(LogContents(config_text, known), None, gait)
     if not (rebuilt.forces_known and rebuilt.controller.config.estimator.enabled):
-        raise _DifferentError
+        raise DifferentError
     return rebuilt.controller

@@ -11,8 +11,7 @@ from gap.worker_pool import worker_pool
 from record.log.reader import LogContents, read_tick_messages
 from record.log.recording import ARRAYS
 from record.log.stretches import find_stretches
-from robot.console import processes
-from robot.odometry import stretches
+from robot.console import processes, stretch_pool
 from robot.odometry.estimates import HEALTH, NAMES, TEXTS
 from robot.odometry.stretches import TrackTask, track_stretch, track_stretches
 from robot.odometry.track import track_log
@@ -38,7 +37,7 @@ def test_stretches_give_the_track_of_one_pass(
 ) -> None:
     monkeypatch.setattr(processes, "LEAST_BYTES", 0)
     # forked: what tests change holds in the processes, too
-    monkeypatch.setattr(stretches, "worker_pool", partial(worker_pool, inherit=True))
+    monkeypatch.setattr(stretch_pool, "worker_pool", partial(worker_pool, inherit=True))
     contents = LogContents()
     together, alone = track_stretches(walked, OdomRequest(), contents), track_log(walked)
     assert together is not None

@@ -9,7 +9,7 @@ import pytest
 from gap.worker_pool import worker_pool
 from record.log.reader import LogContents, read_tick_messages
 from record.log.stretches import find_stretches, read_stretch
-from robot.console import processes
+from robot.console import processes, stretch_pool
 from robot.control.state_bytes import bytes_of_state, state_of_bytes
 from robot.replay import stretches
 from robot.replay.stretches import StretchTask, replay_stretch
@@ -69,7 +69,7 @@ def test_stretches_give_the_result_of_one_pass(
     alone = replay_log(walked)
     monkeypatch.setattr(processes, "LEAST_BYTES", 0)
     # forked: the quicker moves of tests hold in the processes, too
-    monkeypatch.setattr(stretches, "worker_pool", partial(worker_pool, inherit=True))
+    monkeypatch.setattr(stretch_pool, "worker_pool", partial(worker_pool, inherit=True))
     contents = LogContents()
     run = stretches.replay_stretches(walked, contents_of(walked), None)
     assert run is not None
