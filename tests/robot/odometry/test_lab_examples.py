@@ -2,7 +2,6 @@
 
 import json
 import runpy
-import time
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,6 @@ from robot.cli import main as cli
 from robot.console.exit_codes import ExitCode
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
-LONGEST_S = 60.0
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +24,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_three_commands_from_the_data_to_the_page(
     source: str, column_map: str, lab: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    log, page, began = lab / f"{column_map}.mcap", lab / f"{column_map}.html", time.process_time()
+    log, page = lab / f"{column_map}.mcap", lab / f"{column_map}.html"
     words = ["import", str(lab / source), "--map", str(lab / f"{column_map}.toml")]
     assert cli.run([*words, "--out", str(log)]) == ExitCode.OK
     said = capsys.readouterr().out
@@ -42,7 +40,6 @@ def test_three_commands_from_the_data_to_the_page(
     assert "drift of the estimator" in said
     assert cli.run(["odom", str(log), "--compare", "--out", str(page)]) == ExitCode.OK
     assert "judged against the truth in the log" in page.read_text(encoding="utf-8")
-    assert time.process_time() - began < LONGEST_S
     capsys.readouterr()
     assert cli.run(["odom", str(log), "--compare", "--json"]) == ExitCode.OK
     mine = json.loads(capsys.readouterr().out)["ways"][0]
