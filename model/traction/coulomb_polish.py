@@ -33,6 +33,10 @@ from model.values.arrays import BoolArray, FloatArray
 
 NEWTON_STEPS = 12
 BALANCED = 1e-13  # sum of forces, share of the sum of the limits
+ROUNDED = (
+    1e-15  # a step in velocity, share of the largest slip, that is rounding: it comes no nearer
+)
+NEARLY = 1e-9  # sum of forces beyond which not even that counts as balanced
 FLAT = 1e-10  # curvature below this share: the velocity is one of many
 RIGID = 1e-10  # slip of feet that are said to rest together
 EDGE = 1e-9  # a force this near its cone, as a share, counts as on it
@@ -129,14 +133,24 @@ def _largest(system: FloatArray) -> float:
 
 
 @compiled
+def _balanced(rest: float, step: float) -> bool:
+    """Whether what is left of the forces is rounding, given the last step of Newton's method.
+
+    The direction of a slow foot's slip has fewer digits than the slips, and so has its force.
+    """
+    return rest <= BALANCED or (step <= ROUNDED and rest <= NEARLY)
+
+
+@compiled
 def _all_slide(feet: FloatArray, body: FloatArray, none: BoolArray) -> int:
     system, at = np.empty((SYSTEM_ROWS, 3)), np.empty((1, 3))
     for i in range(3):
         at[0, i] = body[TWIST, i]
+    step = np.inf
     for last in range(NEWTON_STEPS + 1):
         if not _gradient(feet, at, none, system):
             return NOT_SOLVED
-        if last == NEWTON_STEPS or _largest(system) <= 0.01 * BALANCED:
+        if last == NEWTON_STEPS or _largest(system) <= 0.01 * BALANCED or step <= ROUNDED:
             break
         if _smallest_pivot(system) <= FLAT:
             # a way to move that changes no force: stay where the interior method put us on it
@@ -145,9 +159,11 @@ def _all_slide(feet: FloatArray, body: FloatArray, none: BoolArray) -> int:
                 system[i, i] += 1e3 * FLAT * top
         if not solve3(system):
             return NOT_SOLVED
+        step = 0.0
         for i in range(3):
             at[0, i] -= system[SOLUTION, i]
-    if not _largest(system) <= BALANCED:
+            step = max(step, abs(system[SOLUTION, i]))
+    if not _balanced(_largest(system), step):
         return NOT_SOLVED
     flat = _smallest_pivot(system) <= FLAT
     _take(feet, body, at, none)
@@ -186,7 +202,7 @@ def _about_one_foot(feet: FloatArray, body: FloatArray, sticking: BoolArray) -> 
     h0, h1 = (d * o0 - b * o1) / det, (a * o1 - c * o0) / det
     system, at = np.empty((SYSTEM_ROWS, 3)), np.empty((1, 3))
     turn = body[TWIST, 2]
-    slope, flat = 0.0, False
+    slope, step, flat = 0.0, np.inf, False
     for last in range(NEWTON_STEPS + 1):
         at[0, 0], at[0, 1], at[0, 2] = -h0 - turn * e0, -h1 - turn * e1, turn
         if not _gradient(feet, at, sticking, system):
@@ -199,13 +215,14 @@ def _about_one_foot(feet: FloatArray, body: FloatArray, sticking: BoolArray) -> 
             + e1 * (e1 * system[1, 1] - 2.0 * system[1, 2])
         )
         flat = curvature <= FLAT
-        if last == NEWTON_STEPS or abs(slope) <= 0.01 * BALANCED or flat:
+        if last == NEWTON_STEPS or abs(slope) <= 0.01 * BALANCED or step <= ROUNDED or flat:
             break
+        step = abs(slope / curvature)
         turn -= slope / curvature
     # its force balances the others: A^T y = -gradient, of which the first two rows are L^T y
     y0 = -(d * system[RIGHT, 0] - c * system[RIGHT, 1]) / det
     y1 = -(a * system[RIGHT, 1] - b * system[RIGHT, 0]) / det
-    if not (abs(slope) <= BALANCED and y0 * y0 + y1 * y1 <= feet[foot, LIMIT] ** 2):
+    if not (_balanced(abs(slope), step) and y0 * y0 + y1 * y1 <= feet[foot, LIMIT] ** 2):
         return NOT_SOLVED
     _take(feet, body, at, sticking)
     feet[foot, DUAL], feet[foot, DUAL + 1] = y0, y1
@@ -234,17 +251,20 @@ def _hold(feet: FloatArray, load: FloatArray, sticking: BoolArray, system: Float
         system[RIGHT, i] = load[PUSH, i]
     if not solve3(system):
         return False
-    for k in range(sticking.size):
-        if sticking[k]:
-            square = 0.0
-            for m in range(2):
-                share = 0.0
-                for i in range(3):
-                    share += feet[k, LEVER + 3 * m + i] * system[SOLUTION, i]
-                feet[k, DUAL + m] = feet[k, LIMIT] * share
-                square += share * share
-            if not square <= 1.0:
-                return False
+    # all of them first: what does not hold must leave the duals as they were
+    for write in range(2):
+        for k in range(sticking.size):
+            if sticking[k]:
+                square = 0.0
+                for m in range(2):
+                    share = 0.0
+                    for i in range(3):
+                        share += feet[k, LEVER + 3 * m + i] * system[SOLUTION, i]
+                    square += share * share
+                    if write == 1:
+                        feet[k, DUAL + m] = feet[k, LIMIT] * share
+                if not square <= 1.0:
+                    return False
     return True
 
 

@@ -100,6 +100,21 @@ def test_the_frame_before_changes_the_way_but_not_the_answer() -> None:
         np.testing.assert_allclose(alone.force_xy_B[0], onward.force_xy_B[i], atol=1e-8)
 
 
+@pytest.mark.parametrize("kind", ["random", "uneven", "mixed", "one"])
+def test_the_last_digit_of_a_speed_changes_no_force(kind: str) -> None:
+    """The feet of "uneven" slip up to a million times slower than the fastest one."""
+    rng = np.random.default_rng(8)
+    contact = contact_of(6, np.full(6, 0.6))
+    feet = frames(kind, 3000, 6, rng)
+    nudged = feet.velocity_m_s * (1 + 2e-16 * rng.choice([-1, 1], feet.velocity_m_s.shape))
+    one, other = coulomb(feet, contact), coulomb(FootMotion(feet.position_m, nudged), contact)
+    alone = one.unique & other.unique
+    assert alone.sum() > 10
+    assert (one.sticking[alone] == other.sticking[alone]).all()
+    away = np.abs(one.force_xy_B[alone] - other.force_xy_B[alone]).max()
+    assert away < 2e-8  # N; 9e-6 while rounding sent a frame to another solver
+
+
 def test_several_feet_at_rest_leave_forces_undetermined() -> None:
     feet = frames("rigid", 50, 6, np.random.default_rng(5))
     answer = coulomb(feet, contact_of(6, np.full(6, 0.6)))
