@@ -111,7 +111,7 @@ def figures_alone(
     """Count the cases of one reality that were diagnosed without references.
 
     Such a diagnosis names what the simulator lacks, in a healthy robot too: its baseline, the effects that
-    healthy runs of this robot show (given with each case). So the true cause should be among what is named,
+    healthy robots of this kind have or show (given with each case). So the true cause should be among what is named,
     and nothing but the baseline in a healthy robot. Where the baseline is not known (None), healthy robots
     are not counted.
     """

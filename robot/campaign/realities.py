@@ -31,11 +31,13 @@ from robot.campaign.answers import (
     read_labels,
 )
 from robot.campaign.case import CASES, baseline_of_case
+from robot.campaign.plan import campaign_reality
 from robot.campaign.reality_text import reality_lines, reality_markdown
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import give_json, to_stdout
 from robot.console.program_output import complain
 from robot.requests.campaign import CampaignScoreRequest
+from sim_hw.realities.own_effects import own_effects
 
 ALL = "all"  # the row of all realities together
 Part = TypeVar("Part")
@@ -118,7 +120,7 @@ def _rows(cases: Cases, crashed: Crashed) -> tuple[list[RealityFigures], Reality
 def _alone(
     request: CampaignScoreRequest, cases: Cases, crashed: Crashed
 ) -> tuple[list[RealityFigures], RealityFigures]:
-    """Count answers without references against what the references of each reality show."""
+    """Count answers without references against what each reality's healthy robots have and show."""
     known: dict[str, list[tuple[CheckedCase, set[str] | None]]] = {}
     for name, own in cases.items():
         folder = request.campaign / name
@@ -129,7 +131,8 @@ def _alone(
                 f"{name}: its references are too few to show a baseline (two gaits or frequencies are "
                 "needed), so its healthy robots are not judged"
             )
-        baseline = None if causes is None else {one.effect for one in causes}
+        built_so = own_effects(campaign_reality(folder))
+        baseline = None if causes is None else {one.effect for one in causes} | built_so
         known[name] = [(case, baseline) for case in own]
     rows = [figures_alone(name, own, tuple(crashed[name])) for name, own in known.items()]
     return rows, figures_alone(ALL, _joined(known), _joined(crashed))

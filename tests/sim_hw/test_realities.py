@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from model.effects.catalogue import EFFECTS
 from model.errors import ConfigError
 from robot.config.robot_file import load_robot
 from robot.virtual.reality_robot import robot_in
@@ -18,6 +19,7 @@ from sim_hw.plant.parameters import PlantParameters
 from sim_hw.plant.plant import Plant
 from sim_hw.plant.structure import GearSide, LoopKind, ServoLoop
 from sim_hw.realities.catalogue import REALITIES, USUAL, find_reality, why_not_in
+from sim_hw.realities.own_effects import EVERY_ROBOT, own_effects
 from sim_hw.realities.reality import Gears, LegForm, Reality, Sensing, UnequalLegs, real_twin
 from sim_hw.twin.days import DayScatter
 from sim_hw.twin.sensing import ForceChannel, SensorParameters
@@ -260,6 +262,21 @@ def test_another_robot_has_a_file_of_its_own() -> None:
         robot_in(five, CONFIG)
     with pytest.raises(ConfigError, match=r"leg.length: is not in the robot file"):
         robot_in(replace(five, robot=(("leg.length", 0.1),)), CONFIG)
+
+
+def test_what_healthy_robots_have_is_in_the_plant_they_are_made_of() -> None:
+    assert own_effects(USUAL) == EVERY_ROBOT
+    assert np.isfinite(NOMINAL.side_stiffness).all()
+    assert np.isinf(made(USUAL).ground.stiffness).all()
+    for reality in REALITIES:
+        own, plant = own_effects(reality), made(reality)
+        assert own <= set(EFFECTS), reality.name
+        assert ("gear_backlash" in own) == bool(plant.drive.backlash.any()), reality.name
+        assert ("servo_compliance" in own) == bool(plant.drive.compliance.any()), reality.name
+        assert ("ground_stiffness" in own) == np.isfinite(plant.ground.stiffness).all()
+        assert ("chassis_twist" in own) == (plant.twist > 0.0), reality.name
+        assert ("foot_rolling" in own) == (plant.rolling_radius > 0.0), reality.name
+    assert own_effects(find_reality("workshop")) >= {"hip_mount_offset", "leg_stiffness"}
 
 
 def test_effects_that_a_reality_cannot_have_are_known() -> None:
