@@ -111,9 +111,9 @@ def figures_alone(
     """Count the cases of one reality that were diagnosed without references.
 
     Such a diagnosis names what the simulator lacks, in a healthy robot too: its baseline, the effects that
-    healthy robots of this kind have or show (given with each case). So the true cause should be among what is named,
-    and nothing but the baseline in a healthy robot. Where the baseline is not known (None), healthy robots
-    are not counted.
+    healthy robots of this kind have or show (given with each case). So the true cause should be among what
+    is named, and nothing but the baseline in a healthy robot. Where the baseline is not known (None),
+    healthy robots are not counted.
     """
     every = [case for case, _ in cases]
     counted = [(case, known) for case, known in cases if not _cannot_be_seen(case)]

@@ -14,7 +14,7 @@ from gap.constants import (
     SIZEABLE,
 )
 from gap.diagnosis.gap_evidence import GapEvidence
-from gap.diagnosis.held_stage import helps_its_stage
+from gap.diagnosis.held_stage import agrees, helps_its_stage
 from gap.diagnosis.how_far import HowFar, how_far
 from gap.search.candidates import families_of, size_of
 from gap.search.cross_validation import CLEAR_ERRORS, unseen_score
@@ -66,7 +66,7 @@ def _idle(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | N
     """Number of the cause that adds least to the others on held-out runs, if that is next to nothing.
 
     Beside a cause that explains nearly all of the gap (a servo that lags), others can add next to nothing
-    to the whole and be right all the same: those that clearly help their stage stay, large ones sooner. A
+    to the whole and be right all the same: those that help their stage stay, large ones sooner. A
     small one helps its stage where it is only what a wrong law looks like, and an effect with numbers for
     each joint too easily; these are judged by the whole.
     """
@@ -77,7 +77,7 @@ def _idle(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | N
         least: float = HELD_OUT_SIZEABLE if sizes[at] >= SIZEABLE else HELD_OUT_STAGE
         if not causes[at].values:
             least = 0.0  # a law is there or not: it has no size that a misfit could choose
-        return not judged_by_the_whole and helps_its_stage(comparison, causes, at, least)
+        return not judged_by_the_whole and agrees(comparison, causes, at, least)
 
     if len(far.last) < 2:
         return None

@@ -4,7 +4,7 @@ The first causes are then mostly what the simulator lacks on this machine, healt
 legs that were built by hand differ in. What is wrong with it comes after these. So the search goes on for
 causes that gain as much of the whole score as a baseline model error must. A cause in one leg gains less:
 it is named where its joint is unlike the others and it explains its part of what is left in its channels.
-Either must clearly help to predict held-out runs, each stage fed with what was measured.
+Either must help to predict held-out runs, each stage fed with what was measured.
 """
 
 from collections.abc import Set
@@ -12,8 +12,10 @@ from dataclasses import replace
 
 from gap.constants import FALSE_ALARMS, LAW_GAIN, LEAST_SIZE, REST_SHARE
 from gap.diagnosis.gap_evidence import GapEvidence
-from gap.diagnosis.held_stage import helps_its_stage
+from gap.diagnosis.held_stage import agrees
 from gap.search.candidates import Family, families_of, size_of
+from gap.search.cross_validation import unseen_score
+from gap.search.fit import fit_causes
 from gap.search.look import Look, Search, Selection, Step
 from gap.search.options import Option, fit_option, share_of, worth
 from gap.search.screen import Signatures, make_signatures
@@ -32,25 +34,45 @@ def second_look(
     Args:
         comparison: Trials against the simulator; with references there is no second look.
         selection: The causes so far.
-        dropped: Causes that held-out runs spoke against; where the search comes back to one of them it
-            ends: another in its place would be no better.
+        dropped: Causes that held-out runs spoke against. Where the search comes back to one of them it goes
+            on beside it, so that what one hides is found; but it is not named. Unless it is at a joint
+            that is unlike the others: little of the whole is much of a joint.
     """
     if comparison.study.references:
         return selection
-    evidence = comparison.evidence
+    evidence, first = comparison.evidence, selection
     signatures = make_signatures(
         evidence, comparison.candidates, selection.fitted.causes, lambda _: None
     )
-    for _ in range(MOST_MORE):
-        step = _one_joint(comparison, selection, signatures) or _as_a_law(
-            comparison, selection, signatures
-        )
-        if step is None or step.chosen.added.family in dropped:
+    named: list[Step] = []
+    for _ in range(MOST_MORE + len(dropped)):
+        joint = _one_joint(comparison, selection, signatures)
+        step = joint or _as_a_law(comparison, selection, signatures)
+        if step is None:
             break
         option = step.chosen
         steps = (*selection.steps, step)
         selection = replace(selection, fitted=option.fitted, unseen=option.unseen, steps=steps)
-    return selection
+        if joint is not None or option.added.family not in dropped:
+            named.append(step)
+            if len(named) == MOST_MORE:
+                break
+    if not named:
+        return first
+    return _only(comparison, selection, (*first.steps, *named))
+
+
+def _only(comparison: GapEvidence, selection: Selection, steps: tuple[Step, ...]) -> Selection:
+    """Return the selection with the causes of some of its steps, fitted again where one is left out."""
+    if len(steps) == len(selection.steps):
+        return selection
+    kept = [
+        cause
+        for step, cause in zip(selection.steps, selection.fitted.causes, strict=True)
+        if step in steps
+    ]
+    fitted = fit_causes(comparison.evidence, tuple(kept))
+    return Selection(fitted, unseen_score(comparison.evidence, fitted), steps, selection.p)
 
 
 def _one_joint(
@@ -76,7 +98,7 @@ def _one_joint(
         large = size_of(option.cause, effect) >= LEAST_SIZE
         clear = worth(option.over, len(effect.parameters), len(option.unseen))
         part = share_of(evidence, option, standing, 0.0) >= REST_SHARE
-        if large and clear and part and _helps(comparison, option):
+        if large and clear and part and _agrees(comparison, option):
             return Step(option, tuple(one for one in options if one is not option))
     return None
 
@@ -88,12 +110,12 @@ def _as_a_law(comparison: GapEvidence, selection: Selection, signatures: Signatu
     if taken is None:
         return None
     option, p, rivals = taken
-    if p >= look.level(selection.fitted.residual) or not _helps(comparison, option):
+    if p >= look.level(selection.fitted.residual) or not _agrees(comparison, option):
         return None
     return Step(option, rivals)
 
 
-def _helps(comparison: GapEvidence, option: Option) -> bool:
-    """Whether what an option adds, its last cause, clearly helps to predict held-out runs."""
+def _agrees(comparison: GapEvidence, option: Option) -> bool:
+    """Whether held-out runs speak for what an option adds, its last cause."""
     causes = option.fitted.causes
-    return helps_its_stage(comparison, causes, len(causes) - 1)
+    return agrees(comparison, causes, len(causes) - 1)

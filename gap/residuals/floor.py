@@ -179,12 +179,18 @@ def _locked(part: TrialPart, error: FloatArray, width: int) -> tuple[FloatArray,
 
 
 def _scatter(part: TrialPart, error: FloatArray) -> FloatArray:
-    """Standard deviation from cycle to cycle at the same phase, or of neighbours, (C,)."""
+    """Standard deviation from cycle to cycle at the same phase, or of neighbours, (C,).
+
+    What is more by the same in each cycle drifts, and a sensor that drifts is no worse sensor.
+    """
     cycle = part.observation.cycle
     if np.isfinite(cycle).all() and abs(cycle[-1] - cycle[0]) >= 2 and np.all(np.diff(cycle) > 0):
         at = np.arange(np.ceil(cycle[0] * 64) / 64, cycle[-1], 1 / 64)
         again = np.column_stack([np.interp(at, cycle, column) for column in error.T])
-        return rms((again[64:] - again[:-64]) / np.sqrt(2))
+        change = again[64:] - again[:-64]
+        known = np.isfinite(change)
+        drift = np.where(known, change, 0.0).sum(axis=0) / np.fmax(known.sum(axis=0), 1)
+        return rms((change - drift) / np.sqrt(2))
     # white noise alone: the second difference has six times its variance; steps of a command are none
     second = np.abs(np.diff(error, 2, axis=0)) / np.sqrt(6)
     middle = [np.median(column[np.isfinite(column)]) if np.isfinite(column).any() else 0.0

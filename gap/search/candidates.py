@@ -18,6 +18,7 @@ from gap.residuals.vibration import ChannelVibration
 
 STEP = 0.25  # of the spread, for differences about the neutral value
 FINE_STEP = 0.05  # about a fitted one
+AWAY = 2.0  # spreads from neutral, of an effect that begins with the squares of its numbers
 QUANTILES = (0.15, 0.35, 0.55, 0.75)
 WIDE = 6.0  # spreads
 APART_M = 0.05  # places from which a fit may find an edge
@@ -138,6 +139,15 @@ def stepped(
     p = parameters[i]
     moved = values[i] + step_of(p, values[i], share)
     return (*values[:i], min(max(moved, p.lower), p.upper), *values[i + 1 :])
+
+
+def even_starts(effect: Effect) -> list[tuple[float, ...]]:
+    """Return where to difference an effect that does nothing to first order at neutral."""
+    neutral = tuple(p.neutral for p in effect.parameters)
+    return [
+        (*neutral[:at], min(p.neutral + AWAY * p.spread, p.upper), *neutral[at + 1 :])
+        for at, p in enumerate(effect.parameters)
+    ]
 
 
 def starts_of(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.at_once import ahead_of
-from gap.search.candidates import STEP, Candidate, starts_of, stepped
+from gap.search.candidates import STEP, Candidate, even_starts, starts_of, stepped
 from model.values.arrays import FloatArray
 
 SILENT = 1e-6  # share of the independent frames below which a signature is none
@@ -96,7 +96,9 @@ def make_signatures(
     for one in candidates:
         own = tuple(itertools.islice(at_neutral, len(one.neutral)))
         live = tuple(i for i, row in enumerate(own) if rows.seen(row))
-        if acting[one.effect.name]:
+        if one.effect.even:
+            later += [_Start(one, start, ()) for start in even_starts(one.effect)]
+        elif acting[one.effect.name]:
             later.append(_Start(one, one.neutral, live))
         elif own and len(live) == len(own):
             each.append(Signature(one, one.neutral, live, own, -1))

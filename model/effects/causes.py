@@ -74,6 +74,8 @@ class Effect:
             (``at_every_joint``), in the order of its parameters; empty for any other.
         form_of: Name of the effect that this is another form of: one cause by another path, tried with it
             as one candidate and reported under its name; empty for any other.
+        even: Whether it is the same with all its numbers negated, so that near neutral it does nothing to
+            first order.
         shaking: What vibrates with it, faster than a model's frames follow; None if nothing does.
     """
 
@@ -90,6 +92,7 @@ class Effect:
     in_time: bool = field(default=False, kw_only=True)
     each: tuple[str, ...] = field(default=(), kw_only=True)
     form_of: str = field(default="", kw_only=True)
+    even: bool = field(default=False, kw_only=True)
     shaking: Shaking | None = field(default=None, kw_only=True)
 
     @property

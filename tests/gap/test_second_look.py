@@ -41,6 +41,18 @@ def test_what_held_out_runs_spoke_against_is_not_named_again() -> None:
     assert "tether" not in {one.effect for one in more.fitted.causes}
 
 
+def test_what_it_hides_is_found_beside_it() -> None:
+    law, tether = Cause("square_law", (), ()), Cause("tether", (), (0.5,))
+    comparison = compared([LAG, tether, law])
+    named = selected(comparison, [LAG])
+    both = second_look(comparison, named).fitted.causes
+    assert [one.effect for one in both] == ["lag", "square_law", "tether"]
+    more = second_look(comparison, named, {("square_law", ())})
+    assert [one.effect for one in more.fitted.causes] == ["lag", "tether"]
+    assert [one.chosen.added.effect.name for one in more.steps] == ["lag", "tether"]
+    assert more.fitted.causes[1].values[0] == pytest.approx(0.5, rel=0.02)
+
+
 @pytest.mark.parametrize("seed", [3, 4, 5])
 def test_nothing_is_added_where_nothing_is_left(seed: int) -> None:
     assert added(compared([LAG], seed), [LAG]) == []
