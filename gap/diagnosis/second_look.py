@@ -2,27 +2,30 @@
 
 The first causes are then mostly what the simulator lacks on this machine, healthy or not: laws, and what
 legs that were built by hand differ in. What is wrong with it comes after these. So the search goes on for
-causes that gain as much of the whole score as a baseline model error must. A cause in one leg gains less:
-it is named where its joint is unlike the others and it explains its part of what is left in its channels.
+causes that gain as much of the whole score as a baseline model error must. A cause in one leg gains less,
+and so does one at a place: these are named if they explain their part of what is left in their channels,
+the one in a leg only where this is unlike the others.
 Either must help to predict held-out runs, each stage fed with what was measured.
 """
 
-from collections.abc import Set
+from collections.abc import Sequence, Set
 from dataclasses import replace
 
 from gap.constants import FALSE_ALARMS, LAW_GAIN, LEAST_SIZE, REST_SHARE
 from gap.diagnosis.gap_evidence import GapEvidence
 from gap.diagnosis.held_stage import agrees
-from gap.search.candidates import Family, families_of, size_of
+from gap.residuals.evidence import Evidence
+from gap.search.candidates import Candidate, Family, families_of, size_of
 from gap.search.cross_validation import unseen_score
 from gap.search.fit import fit_causes
 from gap.search.look import Look, Search, Selection, Step
 from gap.search.options import Option, fit_option, share_of, worth
-from gap.search.screen import Signatures, make_signatures
+from gap.search.screen import Signatures, gains, make_signatures
 from gap.search.unlike import unlike_joints
 
 MOST_MORE = 5  # causes
-FITTED = 3  # joints at each step
+FITTED = 3  # joints, or places, at each step
+SMALLER = (1.0, 0.75, 0.5, 0.25)  # of its size, if it acted everywhere
 AS_A_LAW = Search(least_gain=LAW_GAIN, least_size=LEAST_SIZE)
 
 
@@ -36,7 +39,7 @@ def second_look(
         selection: The causes so far.
         dropped: Causes that held-out runs spoke against. Where the search comes back to one of them it goes
             on beside it, so that what one hides is found; but it is not named. Unless it is at a joint
-            that is unlike the others: little of the whole is much of a joint.
+            that is unlike the others, or at a place: little of the whole is much of a joint.
     """
     if comparison.study.references:
         return selection
@@ -46,14 +49,16 @@ def second_look(
     )
     named: list[Step] = []
     for _ in range(MOST_MORE + len(dropped)):
-        joint = _one_joint(comparison, selection, signatures)
-        step = joint or _as_a_law(comparison, selection, signatures)
+        part = _one_joint(comparison, selection, signatures) or _at_a_place(
+            comparison, selection, signatures
+        )
+        step = part or _as_a_law(comparison, selection, signatures)
         if step is None:
             break
         option = step.chosen
         steps = (*selection.steps, step)
         selection = replace(selection, fitted=option.fitted, unseen=option.unseen, steps=steps)
-        if joint is not None or option.added.family not in dropped:
+        if part is not None or option.added.family not in dropped:
             named.append(step)
             if len(named) == MOST_MORE:
                 break
@@ -84,14 +89,56 @@ def _one_joint(
     ranked = unlike_joints(
         signatures, standing.residual, evidence.weights(standing.residual), taken
     )
+    found = [(one.candidate, one.values) for one in ranked if one.chance < FALSE_ALARMS]
+    return _best(comparison, selection, found[:FITTED])
+
+
+def _at_a_place(
+    comparison: GapEvidence, selection: Selection, signatures: Signatures
+) -> Step | None:
+    """Return the cause at a place of the world, which only what came there has met."""
+    residual = selection.fitted.residual
+    taken = families_of(selection.fitted.causes, comparison.evidence.effects)
+    found = [
+        (gain.signature.candidate, gain.values)
+        for gain in gains(signatures, residual, comparison.evidence.weights(residual))
+        if any(p.located for p in gain.signature.candidate.effect.parameters)
+        and gain.signature.candidate.family not in taken
+    ]
+    step = _best(comparison, selection, found[:FITTED])
+    return step if step is not None and _only_there(comparison.evidence, step.chosen) else None
+
+
+def _only_there(evidence: Evidence, option: Option) -> bool:
+    """Whether half of what an option gains is lost if it acts from where the machine began."""
+    *others, last = option.fitted.causes
+    effect = option.added.effect
+    moved = []
+    for share in SMALLER:
+        values = [
+            (max(p.lower, evidence.reach_m[0])) if p.located
+            else p.neutral + share * (value - p.neutral)
+            for p, value in zip(effect.parameters, last.values, strict=True)
+        ]  # fmt: skip
+        moved.append((*others, replace(last, values=tuple(values))))
+    there, *elsewhere = (
+        float(evidence.score(one).sum())
+        for one in evidence.residuals([option.fitted.causes, *moved])
+    )
+    return min(elsewhere) - there >= 0.5 * option.over.nats
+
+
+def _best(
+    comparison: GapEvidence,
+    selection: Selection,
+    candidates: Sequence[tuple[Candidate, tuple[float, ...]]],
+) -> Step | None:
+    """Return the best of a few that is large and clear and explains its part, the others beside it."""
+    evidence, standing = comparison.evidence, selection.fitted
     options = [
-        fit_option(
-            evidence, one.candidate, (*standing.causes, one.candidate.cause(one.values)),
-            selection.unseen,
-        )
-        for one in ranked[:FITTED]
-        if one.chance < FALSE_ALARMS
-    ]  # fmt: skip
+        fit_option(evidence, one, (*standing.causes, one.cause(values)), selection.unseen)
+        for one, values in candidates
+    ]
     options.sort(key=lambda one: -one.over.nats)
     for option in options:
         effect = option.added.effect

@@ -2,19 +2,23 @@
 
 import pytest
 
+import gap.diagnosis.second_look as looking
 import gap.search.unlike as unlike
 from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.second_look import second_look
 from gap.diagnosis.study import make_study
-from gap.interfaces import Cause
+from gap.interfaces import Cause, Effect
 from tests.gap.test_drop_worse import selected
-from tests.gap.toy import Toy, toy_case, toy_references
+from tests.gap.toy import EFFECTS, RISE, Toy, toy_case, toy_references
 
+KNOWN = tuple(one for one in EFFECTS if one.name in {"delay", "lag"})
 LAG = Cause("lag", (), (0.05,))
 
 
-def compared(causes: list[Cause], seed: int = 3) -> GapEvidence:
-    return compare(make_study(toy_case(causes, seed), Toy(), ()), lambda _: None)
+def compared(
+    causes: list[Cause], seed: int = 3, catalogue: tuple[Effect, ...] = EFFECTS
+) -> GapEvidence:
+    return compare(make_study(toy_case(causes, seed), Toy(catalogue), ()), lambda _: None)
 
 
 def added(comparison: GapEvidence, named: list[Cause]) -> list[tuple[str, tuple[str, ...]]]:
@@ -51,6 +55,21 @@ def test_what_it_hides_is_found_beside_it() -> None:
     assert [one.effect for one in more.fitted.causes] == ["lag", "tether"]
     assert [one.chosen.added.effect.name for one in more.steps] == ["lag", "tether"]
     assert more.fitted.causes[1].values[0] == pytest.approx(0.5, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("truth", "named"),
+    [
+        (Cause("rise", (), (0.3, 0.5)), [("rise", ())]),
+        # beyond the least angle of all, an effect at a place does what is there everywhere
+        (Cause("bias", (), (0.4,)), []),
+    ],
+)
+def test_what_acts_at_a_place_is_added_and_what_acts_everywhere_is_at_none(
+    truth: Cause, named: list[tuple[str, tuple[str, ...]]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(looking, "_as_a_law", lambda *_: None)
+    assert added(compared([LAG, truth], catalogue=(*KNOWN, RISE)), [LAG]) == named
 
 
 @pytest.mark.parametrize("seed", [3, 4, 5])

@@ -61,6 +61,13 @@ BUMP = toy_effect(
     "bump", "press", Scope.JOINT, number("height_n", 0.3),
     Parameter("place_rad", "rad", 0.0, -0.6, 0.6, 0.3, located=True),
 )  # fmt: skip
+# of all joints, beyond an angle
+RISE = toy_effect(
+    "rise", "press", Scope.ALL, number("height_n", 0.3),
+    Parameter("beyond_rad", "rad", 0.2, -0.9, 0.6, 0.3, located=True),
+)  # fmt: skip
+# the same with the other sign
+BEND = replace(toy_effect("bend", "press", Scope.ALL, number("size", 0.2)), even=True)
 BUMP_WIDTH = 0.15
 CHANNELS = (
     *(Channel("angle", j, "drive", "rad") for j in JOINTS),
@@ -125,6 +132,7 @@ def chain(
     stiffness, grip = np.ones(3), np.ones(3)
     square, gain = False, 1.0
     bumps: list[tuple[list[int], float, float]] = []
+    rises: list[tuple[float, float]] = []
     for cause in causes:
         on = [JOINTS.index(j) for j in cause.joints] or [0, 1, 2]
         v = cause.values
@@ -149,6 +157,10 @@ def chain(
                 gain *= v[0]
             case "bump":
                 bumps.append((on, v[0], v[1]))
+            case "rise":
+                rises.append((v[0], v[1]))
+            case "bend":
+                stiffness *= 1.0 + v[0] ** 2
     shape = 0.5 if gait == "walk" else 0.15
     phase = 2 * np.pi * hz * (time_s[:, None] - delay) - np.array([0.0, 2.1, 4.2])
     # a first-order lag of each harmonic, exactly
@@ -162,6 +174,8 @@ def chain(
     force = 2.0 * stiffness * (press**2 / 1.5 if square else press) + bias
     for on, height, place in bumps:
         force[:, on] += height * np.exp(-0.5 * ((used_angle[:, on] - place) / BUMP_WIDTH) ** 2)
+    for height, beyond in rises:
+        force += height * (used_angle > beyond)
     used_force = measured.force_n[..., 2] if measured is not None else force - bias
     pull = used_force * grip
     speed = gain * 0.3 * ((pull * np.cos(used_angle)).sum(axis=1) + tether) / pull.sum(axis=1)
