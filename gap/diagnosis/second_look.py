@@ -4,8 +4,8 @@ The first causes are then mostly what the simulator lacks on this machine, healt
 legs that were built by hand differ in. What is wrong with it comes after these. So the search goes on for
 causes that gain as much of the whole score as a baseline model error must. A cause in one leg gains less,
 and so does one at a place: these are named if they explain their part of what is left in their channels,
-the one in a leg only where this is unlike the others.
-Either must help to predict held-out runs, each stage fed with what was measured.
+the one in a leg only where this is unlike the others. Each must help to predict held-out runs, each stage
+fed with what was measured.
 """
 
 from collections.abc import Sequence, Set
@@ -38,8 +38,8 @@ def second_look(
         comparison: Trials against the simulator; with references there is no second look.
         selection: The causes so far.
         dropped: Causes that held-out runs spoke against. Where the search comes back to one of them it goes
-            on beside it, so that what one hides is found; but it is not named. Unless it is at a joint
-            that is unlike the others, or at a place: little of the whole is much of a joint.
+            on with that one in the fit, so that what it hides is found, but does not name it. Unless it is
+            at a joint that is unlike the others, or at a place: little of the whole is much of a joint.
     """
     if comparison.study.references:
         return selection
@@ -89,8 +89,8 @@ def _one_joint(
     ranked = unlike_joints(
         signatures, standing.residual, evidence.weights(standing.residual), taken
     )
-    found = [(one.candidate, one.values) for one in ranked if one.chance < FALSE_ALARMS]
-    return _best(comparison, selection, found[:FITTED])
+    unlike = [(one.candidate, one.values) for one in ranked if one.chance < FALSE_ALARMS]
+    return _best(comparison, selection, unlike[:FITTED])
 
 
 def _at_a_place(
@@ -99,13 +99,13 @@ def _at_a_place(
     """Return the cause at a place of the world, which only what came there has met."""
     residual = selection.fitted.residual
     taken = families_of(selection.fitted.causes, comparison.evidence.effects)
-    found = [
+    placed = [
         (gain.signature.candidate, gain.values)
         for gain in gains(signatures, residual, comparison.evidence.weights(residual))
         if any(p.located for p in gain.signature.candidate.effect.parameters)
         and gain.signature.candidate.family not in taken
     ]
-    step = _best(comparison, selection, found[:FITTED])
+    step = _best(comparison, selection, placed[:FITTED])
     return step if step is not None and _only_there(comparison.evidence, step.chosen) else None
 
 
@@ -116,7 +116,7 @@ def _only_there(evidence: Evidence, option: Option) -> bool:
     moved = []
     for share in SMALLER:
         values = [
-            (max(p.lower, evidence.reach_m[0])) if p.located
+            max(p.lower, evidence.reach_m[0]) if p.located  # the lower where the reach is unknown
             else p.neutral + share * (value - p.neutral)
             for p, value in zip(effect.parameters, last.values, strict=True)
         ]  # fmt: skip
@@ -133,7 +133,7 @@ def _best(
     selection: Selection,
     candidates: Sequence[tuple[Candidate, tuple[float, ...]]],
 ) -> Step | None:
-    """Return the best of a few that is large and clear and explains its part, the others beside it."""
+    """Return the best of a few that is large and clear and explains its part; the others are its alternatives."""
     evidence, standing = comparison.evidence, selection.fitted
     options = [
         fit_option(evidence, one, (*standing.causes, one.cause(values)), selection.unseen)
