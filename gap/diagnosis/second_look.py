@@ -133,7 +133,7 @@ def _best(
     selection: Selection,
     candidates: Sequence[tuple[Candidate, tuple[float, ...]]],
 ) -> Step | None:
-    """Return the best of a few that is large and clear and explains its part; the others are its alternatives."""
+    """Return the best that is large and clear and explains its part, the others as alternatives."""
     evidence, standing = comparison.evidence, selection.fitted
     options = [
         fit_option(evidence, one, (*standing.causes, one.cause(values)), selection.unseen)
