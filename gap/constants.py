@@ -156,11 +156,6 @@ ASSUMED_MISFIT = Constant(
     "share of the misfit that is expected where no reference shows it",
     "on the servos of an SO-101 arm",
 )
-UNLIKE = Constant(
-    3.0,
-    "times the median over joints, the most misfit or autocorrelation expected at one, without references",
-    "on the usual reality (seed 8802, labels open): a drift of a force sensor hid itself",
-)
 GAIT_CORRELATION = Constant(0.4, "correlation of the misfits of two gaits", DEVELOPMENT)
 LOG_FREQUENCY = Constant(
     0.5, "change of frequency (natural log) over which misfits stay correlated", DEVELOPMENT

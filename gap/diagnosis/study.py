@@ -10,21 +10,19 @@ from functools import cached_property
 
 import numpy as np
 
-from gap.constants import ASSUMED_MISFIT, MOST_INFLATION, UNLIKE
-from gap.interfaces import Cause, Channel, Drive, Simulator
+from gap.constants import ASSUMED_MISFIT, MOST_INFLATION
+from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
-from gap.residuals.floor import Floor, make_floor, rms
+from gap.residuals.floor import Floor, make_floor, rms, without_drift
 from gap.residuals.healthy import Healthy, healthy_runs
 from gap.residuals.hold_out import HoldOut
 from gap.residuals.parts import TrialPart, split, whole_parts
 from gap.residuals.predictions import Predictor, PredictsElsewhere
 from gap.residuals.vibration import ChannelVibration, vibration_of
 from model.errors import GapError
-from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 
 FEWEST_REFERENCES = 3  # from which the scatter of healthy runs is measured
-FEWEST_ALIKE = 4  # channels of one name, from which one can be unlike the others
 
 
 @dataclass(frozen=True)
@@ -101,13 +99,17 @@ class Study:
         perfect.
         """
         floor = self.floor(drive)
-        misfit = rms(np.concatenate(errors(self.predictor, self.fitted, drive)))
-        channels = self.simulator.channels
-        floor = replace(
-            floor,
-            sigma=like_others(channels, np.fmax(floor.sigma, ASSUMED_MISFIT * misfit)),
-            dependence=like_others(channels, floor.dependence),
+        misfit = rms(
+            np.concatenate(
+                [
+                    without_drift(part, error)
+                    for part, error in zip(
+                        self.fitted, errors(self.predictor, self.fitted, drive), strict=True
+                    )
+                ]
+            )
         )
+        floor = replace(floor, sigma=np.fmax(floor.sigma, ASSUMED_MISFIT * misfit))
         return make_evidence(self.predictor, self.fitted, drive, floor)
 
     def held_evidence(self, drive: Drive = Drive.COMMAND) -> Evidence:
@@ -170,17 +172,3 @@ def make_study(
     fitted, held = split(simulator, trials, hold_out)
     known = whole_parts(simulator, references, len(trials))
     return Study(Predictor(simulator, (*trials, *references), elsewhere), fitted, held, known)
-
-
-def like_others(channels: Sequence[Channel], expected: FloatArray) -> FloatArray:
-    """Return what is expected of C channels, (C,), nowhere far above that of their like at other joints.
-
-    What one joint has of its own would otherwise pass for expected there: a sensor's drift for its noise.
-    """
-    usual = expected.copy()
-    names = np.array([channel.name for channel in channels])
-    for name in set(names):
-        on = names == name
-        if on.sum() >= FEWEST_ALIKE:
-            usual[on] = np.fmin(expected[on], UNLIKE * np.median(expected[on]))
-    return usual

@@ -99,7 +99,7 @@ def make_floor(
         references: Each reference with measured minus predicted, (F, C); NaN where unused.
         trials: The trials to fit to in the same way; their own scatter counts if there is no reference.
     """
-    known = references or trials
+    known = references or [(part, without_drift(part, error)) for part, error in trials]
     noise = np.median([np.nanmedian(part.observation.noise, axis=0) for part, _ in known], axis=0)
     widths = [_measurable(part) for part, _ in known]
     if references:
@@ -108,7 +108,7 @@ def make_floor(
     rests = [error - locked for (_, error), (locked, _) in zip(known, fits, strict=True)]
     dependence, c = dependence_of(rests), len(channels)
     if not references:
-        sigma = np.fmax(noise, _pooled([_scatter(part, error) for part, error in trials]))
+        sigma = np.fmax(noise, _pooled([_scatter(part, error) for part, error in known]))
         source = "cycles" if max(widths) > 1 else "sensors"
         return Floor(
             source, sigma, dependence, (), np.zeros((0, 0, c)), np.zeros((0, c)), np.zeros(c)
@@ -178,19 +178,28 @@ def _locked(part: TrialPart, error: FloatArray, width: int) -> tuple[FloatArray,
     return basis @ coefficients, coefficients
 
 
-def _scatter(part: TrialPart, error: FloatArray) -> FloatArray:
-    """Standard deviation from cycle to cycle at the same phase, or of neighbours, (C,).
+def without_drift(part: TrialPart, error: FloatArray) -> FloatArray:
+    """Return errors, (F, C), without what grows evenly over the run; their means stay.
 
-    What is more by the same in each cycle drifts, and a sensor that drifts is no worse sensor.
+    A sensor that drifts is no worse sensor, and what drifts is no misfit that any model would have.
     """
+    time = part.observation.time_s
+    known = np.isfinite(error)
+    count = np.fmax(known.sum(axis=0), 1)
+    away = np.where(
+        known, time[:, None] - np.where(known, time[:, None], 0.0).sum(axis=0) / count, 0.0
+    )
+    slope = (away * np.where(known, error, 0.0)).sum(axis=0) / np.fmax((away**2).sum(axis=0), 1e-12)
+    return np.asarray(error - slope * away)
+
+
+def _scatter(part: TrialPart, error: FloatArray) -> FloatArray:
+    """Standard deviation from cycle to cycle at the same phase, or of neighbours, (C,)."""
     cycle = part.observation.cycle
     if np.isfinite(cycle).all() and abs(cycle[-1] - cycle[0]) >= 2 and np.all(np.diff(cycle) > 0):
         at = np.arange(np.ceil(cycle[0] * 64) / 64, cycle[-1], 1 / 64)
         again = np.column_stack([np.interp(at, cycle, column) for column in error.T])
-        change = again[64:] - again[:-64]
-        known = np.isfinite(change)
-        drift = np.where(known, change, 0.0).sum(axis=0) / np.fmax(known.sum(axis=0), 1)
-        return rms((change - drift) / np.sqrt(2))
+        return rms((again[64:] - again[:-64]) / np.sqrt(2))
     # white noise alone: the second difference has six times its variance; steps of a command are none
     second = np.abs(np.diff(error, 2, axis=0)) / np.sqrt(6)
     middle = [np.median(column[np.isfinite(column)]) if np.isfinite(column).any() else 0.0
