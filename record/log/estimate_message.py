@@ -74,6 +74,8 @@ def read_estimate(r: CdrReader, *, with_sources: bool = True) -> Estimate | None
     if r.count() == 0:
         return None
     (t_ns, health), (reason,) = r.record("qB"), r.texts(1)
+    if health >= len(HEALTHS):
+        raise ValueError(f"an estimate's health is 0 to {len(HEALTHS) - 1}, not {health}")
     holding, nis_dof, rejects = r.record("?qq")
     planar, pose_covariance, twist_covariance = r.arrays(FLOATS, 15, 6, 6)
     numbers = planar.tolist()

@@ -6,6 +6,7 @@ from itertools import starmap
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mcap.records import Schema
@@ -56,6 +57,19 @@ def test_columns_are_the_ticks(indices: list[int], legs: int) -> None:
     stacked = stack_messages(messages_of(data), machine, FormBook(), with_sensed=True)
     assert stacked.kept.all()
     must_be(stacked, [decode_tick(one) for one in data], machine)
+
+
+@pytest.mark.parametrize("value", [7, 255])
+def test_a_tick_with_any_byte_damaged_is_read_or_refused(value: int) -> None:
+    whole = encode_tick(make_tick(2, seed=5))
+    refused = 0
+    for at in range(len(whole)):
+        one = whole[:at] + bytes([value]) + whole[at + 1 :]
+        try:
+            decode_tick(one)
+        except (ValueError, OverflowError, MemoryError):
+            refused += 1
+    assert 5 < refused < len(whole) / 2
 
 
 @given(st.randoms(use_true_random=False))
