@@ -99,7 +99,7 @@ def make_floor(
         references: Each reference with measured minus predicted, (F, C); NaN where unused.
         trials: The trials to fit to in the same way; their own scatter counts if there is no reference.
     """
-    known = references or [(part, without_drift(part, error)) for part, error in trials]
+    known = references or trials
     noise = np.median([np.nanmedian(part.observation.noise, axis=0) for part, _ in known], axis=0)
     widths = [_measurable(part) for part, _ in known]
     if references:
@@ -108,7 +108,7 @@ def make_floor(
     rests = [error - locked for (_, error), (locked, _) in zip(known, fits, strict=True)]
     dependence, c = dependence_of(rests), len(channels)
     if not references:
-        sigma = np.fmax(noise, _pooled([_scatter(part, error) for part, error in known]))
+        sigma = np.fmax(noise, _pooled([_scatter(part, error) for part, error in trials]))
         source = "cycles" if max(widths) > 1 else "sensors"
         return Floor(
             source, sigma, dependence, (), np.zeros((0, 0, c)), np.zeros((0, c)), np.zeros(c)
@@ -176,21 +176,6 @@ def _locked(part: TrialPart, error: FloatArray, width: int) -> tuple[FloatArray,
             gram = rows.T @ rows + 1e-3 * on.sum() * np.eye(basis.shape[1])
             coefficients[:, c] = np.linalg.solve(gram, rows.T @ error[on, c])
     return basis @ coefficients, coefficients
-
-
-def without_drift(part: TrialPart, error: FloatArray) -> FloatArray:
-    """Return errors, (F, C), without what grows evenly over the run; their means stay.
-
-    A sensor that drifts is no worse sensor, and what drifts is no misfit that any model would have.
-    """
-    time = part.observation.time_s
-    known = np.isfinite(error)
-    count = np.fmax(known.sum(axis=0), 1)
-    away = np.where(
-        known, time[:, None] - np.where(known, time[:, None], 0.0).sum(axis=0) / count, 0.0
-    )
-    slope = (away * np.where(known, error, 0.0)).sum(axis=0) / np.fmax((away**2).sum(axis=0), 1e-12)
-    return np.asarray(error - slope * away)
 
 
 def _scatter(part: TrialPart, error: FloatArray) -> FloatArray:
