@@ -30,9 +30,10 @@ from gap.check.cases import (
     probabilities_given,
     too_small,
 )
+from model.effects.catalogue import EFFECTS
 
 VISIBLE = 3.0  # times repeatability
-EITHER_SIGN = frozenset({"friction_anisotropy"})  # all numbers negated are the same effect
+EITHER_SIGN = frozenset(name for name, one in EFFECTS.items() if one.even)
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,10 +17,9 @@ from gap.diagnosis.gap_evidence import GapEvidence
 from gap.diagnosis.held_stage import agrees, helps_its_stage
 from gap.diagnosis.how_far import HowFar, how_far
 from gap.search.candidates import families_of, size_of
-from gap.search.cross_validation import CLEAR_ERRORS, unseen_score
-from gap.search.fit import fit_causes
+from gap.search.cross_validation import CLEAR_ERRORS
 from gap.search.look import Selection
-from gap.search.replacement import fitted_for, in_its_place, without
+from gap.search.replacement import fitted_for, in_its_place, left_out
 
 RIVALS = 2  # of a cause, that are tried in its place
 
@@ -44,7 +43,7 @@ def drop_worse(
         at = (_idle if alone else _worst)(comparison, selection, far)
         if at is None:
             break
-        selection = _left_out(comparison, selection, at)
+        selection = left_out(comparison.evidence, selection, {at})
         far = how_far(comparison.held, selection.fitted.causes, seed)
     return selection, far
 
@@ -102,7 +101,7 @@ def _better(
 def _changed(comparison: GapEvidence, selection: Selection) -> Iterator[Selection]:
     """Yield the selection without each of its causes, and with an alternative that fits as well."""
     for at, step in enumerate(selection.steps):
-        yield _left_out(comparison, selection, at)
+        yield left_out(comparison.evidence, selection, {at})
         taken = families_of(selection.fitted.causes, comparison.evidence.effects)
         for rival in step.rivals[:RIVALS]:
             if rival.added.family in taken:
@@ -110,9 +109,3 @@ def _changed(comparison: GapEvidence, selection: Selection) -> Iterator[Selectio
             option = fitted_for(comparison.evidence, selection, at, rival)
             if -option.over.nats < CLEAR_ERRORS * option.over.error:
                 yield in_its_place(selection, at, option)
-
-
-def _left_out(comparison: GapEvidence, selection: Selection, at: int) -> Selection:
-    fitted = fit_causes(comparison.evidence, without(selection.fitted.causes, at))
-    steps = (*selection.steps[:at], *selection.steps[at + 1 :])
-    return Selection(fitted, unseen_score(comparison.evidence, fitted), steps, selection.p)

@@ -4,7 +4,8 @@ End to end, from commands alone, is no fair judge of a cause whose trace cannot 
 where a body swings on its legs, nobody knows in which phase. Each stage fed what was measured knows.
 """
 
-from gap.constants import WORTH_NATS
+from dataclasses import replace
+
 from gap.diagnosis.gap_evidence import GapEvidence
 from gap.interfaces import Cause, Drive
 from gap.search.cross_validation import Advantage, advantage
@@ -34,7 +35,7 @@ def agrees(comparison: GapEvidence, causes: tuple[Cause, ...], at: int, least: f
         return False
     gain, without_it = scores
     closes = gain.nats >= least * float(without_it.sum())
-    return closes and gain.nats > WORTH_NATS + len(causes[at].values)
+    return closes and worth(replace(gain, error=0.0), len(causes[at].values), len(without_it))
 
 
 def _held_scores(

@@ -16,10 +16,9 @@ from gap.diagnosis.gap_evidence import GapEvidence
 from gap.diagnosis.held_stage import agrees
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, Family, families_of, size_of
-from gap.search.cross_validation import unseen_score
-from gap.search.fit import fit_causes
 from gap.search.look import Look, Search, Selection, Step
 from gap.search.options import Option, fit_option, share_of, worth
+from gap.search.replacement import left_out
 from gap.search.screen import Signatures, gains, make_signatures
 from gap.search.unlike import unlike_joints
 
@@ -47,7 +46,7 @@ def second_look(
     signatures = make_signatures(
         evidence, comparison.candidates, selection.fitted.causes, lambda _: None
     )
-    named: list[Step] = []
+    hidden: set[int] = set()  # numbers of causes that are not named
     for _ in range(MOST_MORE + len(dropped)):
         part = _one_joint(comparison, selection, signatures) or _at_a_place(
             comparison, selection, signatures
@@ -58,26 +57,15 @@ def second_look(
         option = step.chosen
         steps = (*selection.steps, step)
         selection = replace(selection, fitted=option.fitted, unseen=option.unseen, steps=steps)
-        if part is not None or option.added.family not in dropped:
-            named.append(step)
-            if len(named) == MOST_MORE:
-                break
-    if not named:
-        return first
-    return _only(comparison, selection, (*first.steps, *named))
-
-
-def _only(comparison: GapEvidence, selection: Selection, steps: tuple[Step, ...]) -> Selection:
-    """Return the selection with the causes of some of its steps, fitted again where one is left out."""
-    if len(steps) == len(selection.steps):
+        if part is None and option.added.family in dropped:
+            hidden.add(len(steps) - 1)
+        if len(steps) - len(hidden) == len(first.steps) + MOST_MORE:
+            break
+    if not hidden:
         return selection
-    kept = [
-        cause
-        for step, cause in zip(selection.steps, selection.fitted.causes, strict=True)
-        if step in steps
-    ]
-    fitted = fit_causes(comparison.evidence, tuple(kept))
-    return Selection(fitted, unseen_score(comparison.evidence, fitted), steps, selection.p)
+    if len(selection.steps) - len(hidden) == len(first.steps):
+        return first
+    return left_out(evidence, selection, hidden)
 
 
 def _one_joint(

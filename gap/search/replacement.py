@@ -5,13 +5,14 @@ stays. So at the end every cause is taken out once, and the candidates that expl
 well to first order are fitted in its place. The set that predicts held-out blocks best stays.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 from gap.constants import AHEAD_NATS
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.at_once import each_of
 from gap.search.candidates import Candidate, families_of
+from gap.search.cross_validation import unseen_score
 from gap.search.fit import fit_causes
 from gap.search.look import Look, Selection, Step
 from gap.search.options import CAUSE_LEVEL, Option, fit_option
@@ -96,6 +97,14 @@ def _others(
     by_key = {one.signature.candidate.key: one.signature.candidate for one in ranked}
     for cause in listed[:IN_PLACE]:
         yield by_key[cause.effect, cause.joints], cause
+
+
+def left_out(evidence: Evidence, selection: Selection, numbers: Collection[int]) -> Selection:
+    """Return the selection without the causes of some numbers, the others fitted again."""
+    kept = [at for at in range(len(selection.steps)) if at not in numbers]
+    fitted = fit_causes(evidence, tuple(selection.fitted.causes[at] for at in kept))
+    steps = tuple(selection.steps[at] for at in kept)
+    return Selection(fitted, unseen_score(evidence, fitted), steps, selection.p)
 
 
 def without(causes: tuple[Cause, ...], at: int) -> tuple[Cause, ...]:

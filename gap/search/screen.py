@@ -70,7 +70,9 @@ def make_signatures(
 ) -> Signatures:
     """Difference the simulator about the causes that are there already; progress gets the share done."""
     rows = _Rows(evidence, standing)
-    parameters = [(one, i) for one in candidates for i in range(len(one.neutral))]
+    # what begins with the squares of its numbers shows nothing there
+    linear = [one for one in candidates if not one.effect.even]
+    parameters = [(one, i) for one in linear for i in range(len(one.neutral))]
     moves = [stepped(one.effect.parameters, one.neutral, i, STEP) for one, i in parameters]
     at_neutral = iter(
         rows.add(
@@ -83,7 +85,7 @@ def make_signatures(
         )
     )
     # a law that is there or not acts at its neutral values; one joint of each effect shows it
-    firsts = {one.effect.name: one for one in reversed(candidates)}
+    firsts = {one.effect.name: one for one in reversed(linear)}
     acting = dict(
         zip(
             firsts,
@@ -94,11 +96,12 @@ def make_signatures(
     each: list[Signature] = []
     later: list[_Start] = []
     for one in candidates:
-        own = tuple(itertools.islice(at_neutral, len(one.neutral)))
-        live = tuple(i for i, row in enumerate(own) if rows.seen(row))
         if one.effect.even:
             later += [_Start(one, start, ()) for start in even_starts(one.effect)]
-        elif acting[one.effect.name]:
+            continue
+        own = tuple(itertools.islice(at_neutral, len(one.neutral)))
+        live = tuple(i for i, row in enumerate(own) if rows.seen(row))
+        if acting[one.effect.name]:
             later.append(_Start(one, one.neutral, live))
         elif own and len(live) == len(own):
             each.append(Signature(one, one.neutral, live, own, -1))

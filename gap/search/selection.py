@@ -15,7 +15,7 @@ from gap.search.law_pairs import law_with_partner
 from gap.search.look import Known, Look, Search, Selection, Step
 from gap.search.options import worth
 from gap.search.pairs import best_pair
-from gap.search.replacement import replaced, without
+from gap.search.replacement import left_out, replaced
 from gap.search.screen import Signatures, make_signatures
 from model.values.arrays import FloatArray
 
@@ -95,16 +95,14 @@ def _dropped(evidence: Evidence, selection: Selection, count: int) -> Selection:
     """Drop causes that others have made idle, of the first so many."""
     at = 0
     while len(selection.steps) > 1 and at < count:
-        fitted = fit_causes(evidence, without(selection.fitted.causes, at))
-        unseen = unseen_score(evidence, fitted)
-        loss = advantage(selection.unseen, unseen, evidence.block_part)
+        fewer = left_out(evidence, selection, {at})
+        loss = advantage(selection.unseen, fewer.unseen, evidence.block_part)
         effect = selection.steps[at].chosen.added.effect
         idle = _idle(effect, selection.fitted.causes[at])
-        if not idle and worth(loss, len(effect.parameters), len(unseen)):
+        if not idle and worth(loss, len(effect.parameters), len(fewer.unseen)):
             at += 1
             continue
-        steps = (*selection.steps[:at], *selection.steps[at + 1 :])
-        selection, count = Selection(fitted, unseen, steps, selection.p), count - 1
+        selection, count = fewer, count - 1
     return selection
 
 

@@ -33,9 +33,7 @@ from model.values.arrays import BoolArray, FloatArray
 
 NEWTON_STEPS = 12
 BALANCED = 1e-13  # sum of forces, share of the sum of the limits
-ROUNDED = (
-    1e-15  # a step in velocity, share of the largest slip, that is rounding: it comes no nearer
-)
+ROUNDED = 1e-15  # a step in velocity that is rounding, share of the largest slip
 NEARLY = 1e-9  # sum of forces beyond which not even that counts as balanced
 FLAT = 1e-10  # curvature below this share: the velocity is one of many
 RIGID = 1e-10  # slip of feet that are said to rest together
@@ -127,8 +125,8 @@ def _take(feet: FloatArray, body: FloatArray, at: FloatArray, sticking: BoolArra
 
 
 @compiled
-def _largest(system: FloatArray) -> float:
-    size: float = max(abs(system[RIGHT, 0]), abs(system[RIGHT, 1]), abs(system[RIGHT, 2]))
+def _largest(system: FloatArray, row: int) -> float:
+    size: float = max(abs(system[row, 0]), abs(system[row, 1]), abs(system[row, 2]))
     return size
 
 
@@ -150,7 +148,7 @@ def _all_slide(feet: FloatArray, body: FloatArray, none: BoolArray) -> int:
     for last in range(NEWTON_STEPS + 1):
         if not _gradient(feet, at, none, system):
             return NOT_SOLVED
-        if last == NEWTON_STEPS or _largest(system) <= 0.01 * BALANCED or step <= ROUNDED:
+        if last == NEWTON_STEPS or _largest(system, RIGHT) <= 0.01 * BALANCED or step <= ROUNDED:
             break
         if _smallest_pivot(system) <= FLAT:
             # a way to move that changes no force: stay where the interior method put us on it
@@ -159,11 +157,10 @@ def _all_slide(feet: FloatArray, body: FloatArray, none: BoolArray) -> int:
                 system[i, i] += 1e3 * FLAT * top
         if not solve3(system):
             return NOT_SOLVED
-        step = 0.0
         for i in range(3):
             at[0, i] -= system[SOLUTION, i]
-            step = max(step, abs(system[SOLUTION, i]))
-    if not _balanced(_largest(system), step):
+        step = _largest(system, SOLUTION)
+    if not _balanced(_largest(system, RIGHT), step):
         return NOT_SOLVED
     flat = _smallest_pivot(system) <= FLAT
     _take(feet, body, at, none)
