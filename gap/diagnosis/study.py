@@ -13,7 +13,7 @@ import numpy as np
 from gap.constants import ASSUMED_MISFIT, MOST_INFLATION
 from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
-from gap.residuals.floor import Floor, make_floor, rms
+from gap.residuals.floor import Floor, make_floor, rms, without_drift
 from gap.residuals.healthy import Healthy, healthy_runs
 from gap.residuals.hold_out import HoldOut
 from gap.residuals.parts import TrialPart, split, whole_parts
@@ -99,7 +99,9 @@ class Study:
         perfect.
         """
         floor = self.floor(drive)
-        misfit = rms(np.concatenate(errors(self.predictor, self.fitted, drive)))
+        left = errors(self.predictor, self.fitted, drive)
+        steady = [without_drift(part, one) for part, one in zip(self.fitted, left, strict=True)]
+        misfit = rms(np.concatenate(steady))
         floor = replace(floor, sigma=np.fmax(floor.sigma, ASSUMED_MISFIT * misfit))
         return make_evidence(self.predictor, self.fitted, drive, floor)
 

@@ -17,6 +17,7 @@ from model.values.arrays import BoolArray, FloatArray
 
 HARMONICS = 6
 SHORTEST_CYCLES = 1.5  # of a run whose harmonics are measured
+WHOLE_CYCLES = 2  # of a run whose cycles are compared with each other
 RATIOS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # repeat variance over misfit variance
 FEW_RATIO = 0.1
 FEW = 3
@@ -99,7 +100,7 @@ def make_floor(
         references: Each reference with measured minus predicted, (F, C); NaN where unused.
         trials: The trials to fit to in the same way; their own scatter counts if there is no reference.
     """
-    known = references or trials
+    known = references or [(part, without_drift(part, error)) for part, error in trials]
     noise = np.median([np.nanmedian(part.observation.noise, axis=0) for part, _ in known], axis=0)
     widths = [_measurable(part) for part, _ in known]
     if references:
@@ -108,7 +109,7 @@ def make_floor(
     rests = [error - locked for (_, error), (locked, _) in zip(known, fits, strict=True)]
     dependence, c = dependence_of(rests), len(channels)
     if not references:
-        sigma = np.fmax(noise, _pooled([_scatter(part, error) for part, error in trials]))
+        sigma = np.fmax(noise, _pooled([_scatter(part, error) for part, error in known]))
         source = "cycles" if max(widths) > 1 else "sensors"
         return Floor(
             source, sigma, dependence, (), np.zeros((0, 0, c)), np.zeros((0, c)), np.zeros(c)
@@ -178,10 +179,38 @@ def _locked(part: TrialPart, error: FloatArray, width: int) -> tuple[FloatArray,
     return basis @ coefficients, coefficients
 
 
+def without_drift(part: TrialPart, error: FloatArray) -> FloatArray:
+    """Return errors, (F, C), without what grows evenly from cycle to cycle; their means stay.
+
+    A sensor that drifts is no worse sensor, and what drifts is no misfit that any model would have. The
+    slope is fitted together with the harmonics of the phase: over a few cycles an error that only repeats
+    itself would else seem to have one, too. Shorter runs are returned as they are.
+    """
+    basis, known = phase_basis(part), np.isfinite(error)
+    if basis.shape[1] == 1 or not _repeats(part.observation.cycle):
+        return error
+    time = part.observation.time_s
+    away = (time - time.mean()) / time.std()
+    columns = np.column_stack([basis, away])
+    drift = np.zeros_like(error)
+    for c in range(error.shape[1]):
+        on = known[:, c]
+        if on.sum() > 2 * columns.shape[1]:
+            slope = np.linalg.lstsq(columns[on], error[on, c], rcond=None)[0][-1]
+            drift[:, c] = slope * (away - away[on].mean())
+    return error - drift
+
+
+def _repeats(cycle: FloatArray) -> bool:
+    """Whether a phase is known all along, goes forward, and returns often enough to compare cycles."""
+    whole = bool(np.isfinite(cycle).all()) and abs(cycle[-1] - cycle[0]) >= WHOLE_CYCLES
+    return whole and bool(np.all(np.diff(cycle) > 0))
+
+
 def _scatter(part: TrialPart, error: FloatArray) -> FloatArray:
     """Standard deviation from cycle to cycle at the same phase, or of neighbours, (C,)."""
     cycle = part.observation.cycle
-    if np.isfinite(cycle).all() and abs(cycle[-1] - cycle[0]) >= 2 and np.all(np.diff(cycle) > 0):
+    if _repeats(cycle):
         at = np.arange(np.ceil(cycle[0] * 64) / 64, cycle[-1], 1 / 64)
         again = np.column_stack([np.interp(at, cycle, column) for column in error.T])
         return rms((again[64:] - again[:-64]) / np.sqrt(2))

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 
+NAMED = 3  # places of damage that a sentence names, if there are more than one besides
+
 
 @dataclass(frozen=True, slots=True)
 class Damage:
@@ -63,6 +65,13 @@ class Pass:
 
 
 def damage_words(damages: Collection[Damage], start_unix_ns: int) -> str:
-    """Return one sentence about all damage, times in seconds since the log's beginning; "" for none."""
-    words = "; ".join(damage.words(start_unix_ns) for damage in damages)
-    return f"cut or damaged: {words}" if words else ""
+    """Return one sentence about the damage, times in seconds since the log's beginning; "" for none.
+
+    Of many places it names the first, and counts the others.
+    """
+    if not damages:
+        return ""
+    every = [damage.words(start_unix_ns) for damage in damages]
+    if (more := len(every) - NAMED) > 1:
+        every[NAMED:] = [f"and {more} more places, which bigant log info lists"]
+    return "cut or damaged: " + "; ".join(every)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from model.errors import ConfigError, RecordError
 from record.log.columns import GROUPS, check_groups
-from record.log.damage import Pass, damage_words
+from record.log.damage import Pass
 from record.log.export import export_table, export_trial, export_tum
 from record.log.header import PREFIX
 from record.log.reader import LogContents
@@ -180,7 +180,7 @@ def _rows(survey: LogSurvey) -> list[tuple[str, str]]:
     names = (topic.name for topic in survey.topics)
     rows += zip(names, table_lines(TOPICS, counts), strict=True)
     if survey.damages:
-        rows.append(("damage", damage_words(survey.damages, survey.start_unix_ns)))
+        rows += [("damage", one.words(survey.start_unix_ns)) for one in survey.damages]
     elif not survey.finished:
         rows.append(("damage", "the file has no proper end"))
     else:

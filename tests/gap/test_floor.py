@@ -1,0 +1,59 @@
+"""What is expected without a new cause, where no reference shows it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gap.residuals.floor import make_floor, without_drift
+from gap.residuals.parts import TrialPart, whole_parts
+from tests.gap.toy import CHANNELS, Toy, toy_trial
+
+
+def part_of(cycles: float) -> TrialPart:
+    """A part of so many cycles."""
+    (part,) = whole_parts(Toy(), [toy_trial()])
+    cycle = np.linspace(0.3, 0.3 + cycles, part.frames)
+    return replace(part, observation=replace(part.observation, cycle=cycle))
+
+
+def test_a_sensor_that_drifts_is_no_noisier() -> None:
+    (part,) = whole_parts(Toy(), [toy_trial()])
+    noise = np.random.default_rng(4).normal(0, 0.1, part.observation.values.shape)
+    drift = np.outer(part.observation.time_s, [0, 0, 0, 0.2, 0, 0, 0])
+    steady = make_floor(CHANNELS, (), [(part, noise)])
+    drifting = make_floor(CHANNELS, (), [(part, noise + drift)])
+    np.testing.assert_allclose(drifting.sigma, steady.sigma, rtol=1e-9)
+    np.testing.assert_allclose(drifting.dependence, steady.dependence, rtol=1e-2)
+    assert (
+        abs(steady.sigma - 0.08) < 0.01
+    ).all()  # of frames between which phases are interpolated
+
+
+@pytest.mark.parametrize("cycles", [2.0, 2.3, 3.5, 7.0])
+def test_an_error_that_only_repeats_itself_keeps_all_of_it(cycles: float) -> None:
+    """Over whole cycles and parts of them: the error of a servo that lags is one of these."""
+    part = part_of(cycles)
+    phase = 2 * np.pi * part.observation.cycle[:, None]
+    rng = np.random.default_rng(7)
+    error = np.full((part.frames, 7), rng.normal())
+    for k in range(1, 6):
+        error += rng.normal(size=7) * np.sin(k * phase + rng.normal(size=7))
+    np.testing.assert_allclose(without_drift(part, error), error, atol=1e-9)
+
+
+def test_gaps_in_a_channel_stay_gaps() -> None:
+    part = part_of(3.0)
+    error = np.outer(part.observation.time_s, np.ones(7))
+    error[40:60, 2] = error[:, 5] = np.nan
+    steady = without_drift(part, error)
+    np.testing.assert_array_equal(np.isnan(steady), np.isnan(error))
+    kept = np.delete(steady, 5, axis=1)
+    mean = np.nanmean(np.delete(error, 5, axis=1), axis=0)
+    np.testing.assert_allclose(kept, np.where(np.isnan(kept), np.nan, mean), atol=1e-9)
+
+
+def test_of_less_than_two_cycles_nothing_is_taken() -> None:
+    part = part_of(1.9)
+    error = np.outer(part.observation.time_s, np.ones(7))
+    assert without_drift(part, error) is error
