@@ -10,19 +10,19 @@ import importlib
 from bigant.one_thread import one_thread
 
 NAMES = {
-    "model": "benchmarks.model_speed",
-    "legs": "benchmarks.legs",
-    "parallel": "benchmarks.parallel",
+    "model": "benchmarks.model.speed",
+    "legs": "benchmarks.model.legs",
+    "parallel": "benchmarks.model.parallel",
     "loop": "benchmarks.loop_cost",
     "virtual_time": "benchmarks.virtual_time",
     "chain": "benchmarks.chain_tick",
     "log_size": "benchmarks.log_size",
-    "twin": "benchmarks.twin",
-    "twin_steps": "benchmarks.twin_steps",
-    "gap_chain": "benchmarks.gap_chain",
-    "fuzz": "benchmarks.fuzz",
-    "soak": "benchmarks.soak",
-    "matrix": "benchmarks.fault_matrix",
+    "twin": "benchmarks.twin.trials",
+    "twin_steps": "benchmarks.twin.steps",
+    "gap_chain": "benchmarks.gap.chain",
+    "fuzz": "benchmarks.fuzz.frames",
+    "soak": "benchmarks.faults.soak",
+    "matrix": "benchmarks.faults.matrix",
     "cycle": "benchmarks.bus_cycle",
 }
 

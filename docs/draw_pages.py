@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.odometry_bars import without_encoder
+from benchmarks.odometry.bars import without_encoder
 from record.log.blocks.read import read_log
 from record.log.reader import LogContents, read_stamped_ticks
 from robot.cli import main as cli

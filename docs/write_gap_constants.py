@@ -39,7 +39,7 @@ limits effort (how many candidates are fitted) is not here.
 
 ## What half and twice of each do
 
-`python -m benchmarks.gap_constants --jobs 2` sets each constant to half and to twice its value, one at a
+`python -m benchmarks.gap.constants --jobs 2` sets each constant to half and to twice its value, one at a
 time, and diagnoses the same {cases} known cases each time: a tiny machine of three joints in nine realities
 (alike its simulator; restless from day to day; one joint more than the others; references at other gaits,
 with forces that no effect makes; baseline model errors; few references; none; none and such forces; no
@@ -67,7 +67,7 @@ change one: one case is {one:.1%}.
 
 ## The constants of probabilities on legged robots
 
-`python -m benchmarks.gap_constants --campaigns DIR ...` makes probabilities and verdicts of saved answers
+`python -m benchmarks.gap.constants --campaigns DIR ...` makes probabilities and verdicts of saved answers
 again; only these constants can be judged without simulating again. Measured on {legged_cases} development
 cases ({legged_kinds}) of virtual robots
 in {realities}, whose labels are open.

@@ -1,8 +1,8 @@
-"""A short run of ``benchmarks/fuzz.py``; the long one is written up in docs/reliability.md."""
+"""A short run of ``benchmarks/fuzz/frames.py``; the long one is written up in docs/reliability.md."""
 
 import pytest
 
-from benchmarks import fuzz
+from benchmarks.fuzz import frames as fuzz
 
 
 def test_mutated_servo_frames_break_no_promise() -> None:

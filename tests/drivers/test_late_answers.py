@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.soak_witness import MarkedBench, fits
+from benchmarks.faults.witness import MarkedBench, fits
 from drivers.dynamixel.bus import LONGEST_LEAD, ServoBus
 from drivers.dynamixel.catalog import COMMON, MX_106
 from drivers.dynamixel.requests import ServoRequests

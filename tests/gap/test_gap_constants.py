@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.gap_constants.changes import OF_PROBABILITIES, half_and_twice, known
-from benchmarks.gap_constants.figures import JudgedCase, counts, differences
-from benchmarks.gap_constants.saved_answers import again
+from benchmarks.gap.constants.changes import OF_PROBABILITIES, half_and_twice, known
+from benchmarks.gap.constants.figures import JudgedCase, counts, differences
+from benchmarks.gap.constants.saved_answers import again
 from gap.check.cases import CONTROL, OUTSIDE, SINGLE, CaseAnswer, CheckedCase, Named, Truth
 from gap.diagnosis.probability import Fit, none_of_them, weight_of
 from gap.search.cross_validation import Advantage
@@ -50,8 +50,8 @@ def test_no_share_is_doubled_to_one_or_more() -> None:
 
 def test_a_changed_constant_reaches_the_modules_that_are_imported_after_it() -> None:
     done = in_a_fresh_process(
-        "from benchmarks.gap_constants.changes import Change\n"
-        "from benchmarks.gap_constants.judged import check_used, set_before_use\n"
+        "from benchmarks.gap.constants.changes import Change\n"
+        "from benchmarks.gap.constants.judged import check_used, set_before_use\n"
         "change = Change('TEMPERATURE', 7.0)\n"
         "set_before_use(change)\n"
         "from gap.diagnosis import probability\n"
@@ -63,8 +63,8 @@ def test_a_changed_constant_reaches_the_modules_that_are_imported_after_it() -> 
 
 def test_no_constant_is_in_use_before_it_is_changed() -> None:
     done = in_a_fresh_process(
-        "from benchmarks.gap_constants import figures, judged\n"
-        "from benchmarks.gap_constants.changes import known\n"
+        "from benchmarks.gap.constants import figures, judged\n"
+        "from benchmarks.gap.constants.changes import known\n"
         "print([name for name in known() if judged.users_of(name)])\n"
     )
     assert done.stdout == "[]\n", done.stderr
@@ -73,8 +73,8 @@ def test_no_constant_is_in_use_before_it_is_changed() -> None:
 def test_a_constant_that_is_in_use_cannot_be_changed() -> None:
     done = in_a_fresh_process(
         "from gap.diagnosis import probability\n"
-        "from benchmarks.gap_constants.changes import Change\n"
-        "from benchmarks.gap_constants.judged import set_before_use\n"
+        "from benchmarks.gap.constants.changes import Change\n"
+        "from benchmarks.gap.constants.judged import set_before_use\n"
         "set_before_use(Change('TEMPERATURE', 7.0))\n"
     )
     assert done.returncode != 0

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.real_machines import COUNT_RAD, Found, alone, bring_in, diagnose, sources
-from benchmarks.real_xl330 import GAINS, of_gain, published, without_duty
+from benchmarks.real.machines import COUNT_RAD, Found, alone, bring_in, diagnose, sources
+from benchmarks.real.xl330 import GAINS, of_gain, published, without_duty
 from robot.cli import main as cli
 
 FOLDER = os.environ.get("BIGANT_SHARED_DATA", "")

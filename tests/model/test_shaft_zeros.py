@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.odometry_bars import noticed
+from benchmarks.odometry.bars import noticed
 from model.estimator.senses import Heard
 from model.estimator.shaft_zeros import NO_LEG, SMALL_RAD, at_start, learn
 from model.estimator.tolerance_kernel import OTHERS

@@ -13,7 +13,7 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from benchmarks.file_damage import damaged
+from benchmarks.fuzz.damage import damaged
 from model.errors import RecordError
 from record.trial.column_map import read_column_map
 from record.trial.import_run import import_run

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.file_damage import damaged
+from benchmarks.fuzz.damage import damaged
 from model.errors import RecordError
 from record.trial.column_map import ColumnMap, read_column_map
 from record.trial.source_tables import open_tables

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.fault_cases import FLIPPED, TOGETHER, assumed
+from benchmarks.faults.cases import FLIPPED, TOGETHER, assumed
 from drivers.ati.foot_forces import ForceScales
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.frames import Instruction, build_instruction

@@ -13,7 +13,7 @@ import pytest
 from matplotlib.patches import Ellipse
 from scipy.stats import chi2
 
-from benchmarks.odometry_bars import without_encoder
+from benchmarks.odometry.bars import without_encoder
 from model.estimator.sources import GYRO, TILT
 from model.values.estimate import Health
 from model.values.readings import PoseRecord

@@ -101,7 +101,7 @@ def framed(body: str) -> str:
 
 
 def matrix() -> str:
-    from benchmarks.fault_matrix import committed, matrix_page
+    from benchmarks.faults.matrix import committed, matrix_page
 
     return matrix_page(committed())
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from benchmarks import fault_matrix
-from benchmarks.fault_cases import CASES, TOGETHER, Case, assumed
-from benchmarks.fault_matrix import (
+from benchmarks.faults import matrix
+from benchmarks.faults.cases import CASES, TOGETHER, Case, assumed
+from benchmarks.faults.matrix import (
     COUNTED,
     STREAM_COUNTED,
     Row,
@@ -27,7 +27,7 @@ FAULT_S = 3.2
 
 @pytest.fixture(autouse=True)
 def early_faults(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fault_matrix, "FAULT_S", FAULT_S)
+    monkeypatch.setattr(matrix, "FAULT_S", FAULT_S)
 
 
 def names(case: Case) -> str:

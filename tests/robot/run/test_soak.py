@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.soak import RUN_S, cause_of, random_faults, soak
-from benchmarks.soak_witness import Findings, MarkedBench, Witness
+from benchmarks.faults.soak import RUN_S, cause_of, random_faults, soak
+from benchmarks.faults.witness import Findings, MarkedBench, Witness
 from model.values.faults import StopReason
 from model.values.tick import Mode
 from sim_hw.dynamixel.firmware import FirmwareBank

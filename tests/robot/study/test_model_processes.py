@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.model_processes import ModelProcesses, SharedFrames
+from benchmarks.model.processes import ModelProcesses, SharedFrames
 from model.errors import ModelError
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.systems.disk import disk, random_disk_poses

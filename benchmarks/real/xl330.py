@@ -7,7 +7,7 @@ the duty, and what the servo of the published gain, Coulomb and viscous friction
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.real_machines import (
+from benchmarks.real.machines import (
     Bar,
     Found,
     bring_in,

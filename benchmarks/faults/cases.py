@@ -1,6 +1,7 @@
 """The cases of the fault matrix: each kind of fault, how the run has to end, and the devices' other sides.
 
-``benchmarks.fault_matrix`` runs them; ``benchmarks.soak`` takes the flipped assumptions from here too.
+``benchmarks.faults.matrix`` runs them; ``benchmarks.faults.soak`` takes the flipped assumptions from here,
+too.
 """
 
 from collections.abc import Sequence

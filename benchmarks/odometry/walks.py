@@ -6,7 +6,7 @@ something to find out. The bus and its bytes are left out, as ``bigant sim run -
 estimator is not run while walking: neither changes what is recorded (``--check`` walks both ways and
 compares every array). Walks are kept as logs in a folder.
 
-``python -m benchmarks.odometry_walks FOLDER`` makes them all.
+``python -m benchmarks.odometry.walks FOLDER`` makes them all.
 """
 
 import argparse

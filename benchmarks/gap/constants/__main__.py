@@ -1,4 +1,4 @@
-"""What half and twice of each constant does: ``python -m benchmarks.gap_constants [--campaigns DIR ...]``.
+"""What half and twice of each constant does: ``python -m benchmarks.gap.constants [--campaigns DIR ...]``.
 
 Writes ``docs/gap_constants.toml``, from which ``make docs`` makes the page. Every change is judged in a
 process of its own (``judged``): on known cases of small machines (``toy_cases``, ``servo_cases``), or, with
@@ -15,25 +15,25 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from benchmarks.gap_constants.changes import (
+from benchmarks.gap.constants.changes import (
     OF_PROBABILITIES,
     half_and_twice,
     known,
 )
-from benchmarks.gap_constants.figures import JudgedCase, counts, differences
-from benchmarks.gap_constants.judged import as_they_are, judged
+from benchmarks.gap.constants.figures import JudgedCase, counts, differences
+from benchmarks.gap.constants.judged import as_they_are, judged
 from bigant.one_thread import one_thread
 from model.parameters.toml_table import parse_toml
 from record.toml_file import toml_text
 
-PAGE_DATA = Path(__file__).resolve().parents[2] / "docs" / "gap_constants.toml"
-HEAD = ("Written by python -m benchmarks.gap_constants; docs/gap_constants.md explains it.",)
+PAGE_DATA = Path(__file__).resolve().parents[3] / "docs" / "gap_constants.toml"
+HEAD = ("Written by python -m benchmarks.gap.constants; docs/gap_constants.md explains it.",)
 Row = dict[str, float | int]
 
 
 def main() -> None:
     """Judge every change and write what it does."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_constants", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.gap.constants", description=__doc__)
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     parser.add_argument("--only", nargs="+", default=[], help="these constants; others stay")
     parser.add_argument("--out", type=Path, default=PAGE_DATA, help="file to write")

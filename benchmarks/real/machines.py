@@ -1,6 +1,6 @@
 """The diagnosis on logs of real machines that others measured; see docs/real/README.md.
 
-``BIGANT_SHARED_DATA=FOLDER python -m benchmarks.real_machines`` runs the commands that the pages show,
+``BIGANT_SHARED_DATA=FOLDER python -m benchmarks.real.machines`` runs the commands that the pages show,
 in this process, and writes their figures into the pages (docs/real/*.md, *.html, *.png). Nothing else is
 done to the data: the column maps come with the program, and no constant is set for one of the sets.
 """
@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.real_figures import draw_arm, draw_cube, draw_rig
+from benchmarks.real.figures import draw_arm, draw_cube, draw_rig
 from gap.rounding import value_words
 from robot.cli import main as cli
 from robot.report.moving import library
@@ -32,7 +32,7 @@ DECOYS = (
 CUBE_DECOYS = ("friction_level", "ground_slope", "pose_delay", "coulomb_friction")
 RIG_DECOYS = ("encoder_offset", "command_delay", "gravity_droop", "backlash")
 LIBRARY = "bokeh.min.js"
-PAGES = Path(__file__).resolve().parents[1] / "docs" / "real"
+PAGES = Path(__file__).resolve().parents[2] / "docs" / "real"
 BEGIN, END = "<!-- made: {} -->", "<!-- end: {} -->"
 Found = dict[str, Any]
 
@@ -238,8 +238,8 @@ def main() -> None:
     place = os.environ.get("BIGANT_SHARED_DATA", "")
     if not place:
         sys.exit("set BIGANT_SHARED_DATA to the folder of the data sets")
-    from benchmarks.real_go2 import quadruped  # which use what is here
-    from benchmarks.real_xl330 import pendulum
+    from benchmarks.real.go2 import quadruped  # which use what is here
+    from benchmarks.real.xl330 import pendulum
 
     ways = {"arm": arm, "rig": rig, "cube": cube, "xl330": pendulum, "go2": quadruped}
     bars: list[Bar] = []

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 
-from benchmarks.gap_constants.changes import OF_PROBABILITIES, Change
-from benchmarks.gap_constants.figures import JudgedCase
+from benchmarks.gap.constants.changes import OF_PROBABILITIES, Change
+from benchmarks.gap.constants.figures import JudgedCase
 from gap import constants
 from gap.constants import Constant
 from model.errors import GapError
@@ -43,7 +43,7 @@ def judged(change: Change, before: Sequence[JudgedCase]) -> list[JudgedCase]:
 
 def _module(name: str) -> ModuleType:
     """One that imports the diagnosis."""
-    return importlib.import_module(f"benchmarks.gap_constants.{name}")
+    return importlib.import_module(f"benchmarks.gap.constants.{name}")
 
 
 def set_before_use(change: Change) -> None:

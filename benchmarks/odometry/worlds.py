@@ -3,9 +3,9 @@
 Each seed draws a world: stiffness and friction of every leg, law of friction, lengths and zeros of the
 legs, centre of mass, slope of the ground, delay of the forces, and in some worlds an encoder that dies on
 the way. The estimator is given the robot file. Walks are kept as logs in a folder, as
-``benchmarks.odometry_walks`` makes them; ``benchmarks.odometry_bars`` judges them.
+``benchmarks.odometry.walks`` makes them; ``benchmarks.odometry.bars`` judges them.
 
-``python -m benchmarks.odometry_worlds FOLDER`` makes them all; ``--realities`` makes walks of healthy
+``python -m benchmarks.odometry.worlds FOLDER`` makes them all; ``--realities`` makes walks of healthy
 robots that are built differently (``bigant sim realities``), which nothing was tuned on.
 """
 
@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.odometry_walks import GAITS, kept_log, walk_without_bytes
+from benchmarks.odometry.walks import GAITS, kept_log, walk_without_bytes
 from model.kinematics.legs import leg_kinematics
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.virtual.file_twin import nominal_twin

@@ -1,6 +1,6 @@
 """Predictions of an MJCF machine in one call against a Python loop over mj_step, in the same run.
 
-``python -m benchmarks.mjcf_rollouts [go2_fixed_base.xml]``: four sizes of friction at each joint of a
+``python -m benchmarks.gap.mjcf_rollouts [go2_fixed_base.xml]``: four sizes of friction at each joint of a
 quadruped with a fixed base (the file of ``docs/real/go2.md``, or one like it made here), each simulated for
 eight seconds. The loop does what one would write: for each candidate, for each step, set the
 targets, ``mj_step``, and keep the angles of every frame. Medians of rounds in turn, and the

@@ -1,6 +1,6 @@
 """One diagnosis of an MJCF machine by one process, and on a Dask cluster of two workers beside it.
 
-``python -m benchmarks.gap_cluster RUN.parquet [ROBOT.xml]``: what a cluster costs. On one machine it can
+``python -m benchmarks.gap.cluster RUN.parquet [ROBOT.xml]``: what a cluster costs. On one machine it can
 save nothing, because simulations use all cores either way.
 """
 
@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from benchmarks.real_machines import command
+from benchmarks.real.machines import command
 from robot.console.table import Column, table_lines
 
 COLUMNS = (Column("where"), Column("seconds", ".0f"), Column("verdict"), Column("causes"))

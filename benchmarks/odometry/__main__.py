@@ -1,6 +1,6 @@
 """The estimator's bars: virtual walks of plants it does not know, Monte Carlo of its own model, soundness.
 
-``python -m benchmarks.odometry walks FOLDER [SEED...]`` judges walks made by ``benchmarks.odometry_walks``;
+``python -m benchmarks.odometry walks FOLDER [SEED...]`` judges walks made by ``benchmarks.odometry.walks``;
 ``montecarlo`` draws worlds from the filter's own model; ``steps`` runs a million of them; ``ukf FOLDER``
 runs an unscented filter beside it.
 """
@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
-from benchmarks.odometry_walks import GAITS, JUDGED_SEEDS, log_of, plant_of
+from benchmarks.odometry.walks import GAITS, JUDGED_SEEDS, log_of, plant_of
 from model.estimator import process
 from model.estimator.filter import Estimator
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
@@ -267,7 +267,7 @@ def main() -> None:
     parser.add_argument("--gait", choices=GAITS, action="append")
     options = parser.parse_args()
     if options.what in {"walks", "ukf"} and options.folder is None:
-        parser.error("name the folder that benchmarks.odometry_walks made")
+        parser.error("name the folder that benchmarks.odometry.walks made")
     if options.what == "walks":
         walks(options.folder, tuple(options.seeds) or JUDGED_SEEDS, tuple(options.gait or GAITS))
     elif options.what == "montecarlo":

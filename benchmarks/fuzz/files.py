@@ -1,6 +1,6 @@
 """Mutated files through the commands: no traceback, no hang, no memory eaten, an exit code of ours.
 
-``python -m benchmarks.file_fuzz --files 5000`` makes one good file of each kind with the commands
+``python -m benchmarks.fuzz.files --files 5000`` makes one good file of each kind with the commands
 themselves, damages it (bytes, lines, numbers, nesting, cut, empty), and runs a command on it in a process
 of its own. A case is bad if it prints a traceback, dies of a signal, ends with a code that is not ours,
 computes for longer than 30 s (or takes 120 s on a busy machine), or needs more than 1 GB.
@@ -24,7 +24,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.file_damage import damaged
+from benchmarks.fuzz.damage import damaged
 
 LONGEST_S = 30.0  # of processor time ...
 LONGEST_WALL_S = 120.0  # ... and on the clock of a busy machine
@@ -313,7 +313,7 @@ def main() -> None:
     parser.add_argument("--good", action="store_true", help="run each command on its good file")
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
     options = parser.parse_args()
-    repository = Path(__file__).resolve().parents[1]
+    repository = Path(__file__).resolve().parents[2]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         make_good_files(folder, repository)

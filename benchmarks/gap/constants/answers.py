@@ -3,10 +3,10 @@
 import json
 import warnings
 
-from benchmarks.gap_constants.cases import KnownCase
-from benchmarks.gap_constants.figures import JudgedCase
-from benchmarks.gap_constants.servo_cases import servo_cases
-from benchmarks.gap_constants.toy_cases import toy_cases
+from benchmarks.gap.constants.cases import KnownCase
+from benchmarks.gap.constants.figures import JudgedCase
+from benchmarks.gap.constants.servo_cases import servo_cases
+from benchmarks.gap.constants.toy_cases import toy_cases
 from gap.check.cases import CheckedCase
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.diagnose import diagnose

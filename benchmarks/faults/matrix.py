@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.fault_cases import CASES, FLIPPED, Case
+from benchmarks.faults.cases import CASES, FLIPPED, Case
 from drivers.dynamixel.units import TICKS_PER_TURN
 from model.errors import BusError, ForceStreamError, RecordError
 from model.values.arrays import FloatArray
@@ -33,7 +33,7 @@ from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.faults.scenario import parse_scenario
 from sim_hw.host.bench_world import BenchWorld
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "reliability.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "reliability.md"
 REPORT = Path("runs") / "fault_matrix.html"
 BEGIN, END = "<!-- fault matrix: make reliability -->", "<!-- end of the fault matrix -->"
 FAULT_S = 5.5  # after torque went on; the robot walks by then

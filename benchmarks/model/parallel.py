@@ -5,7 +5,7 @@ from itertools import accumulate
 
 import numpy as np
 
-from benchmarks.model_processes import ModelProcesses, SharedFrames
+from benchmarks.model.processes import ModelProcesses, SharedFrames
 from benchmarks.timing import keep, keep_model, repeat, spread
 from model.motion.se2 import compose, scan
 from model.quasistatic.frames import FrictionLaw

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from benchmarks.gap_constants.figures import JudgedCase
+from benchmarks.gap.constants.figures import JudgedCase
 from gap.check.cases import NO_GAP, UNEXPLAINED, CaseAnswer, CheckedCase
 from gap.constants import MOSTLY, NONE_LIKELY
 from gap.diagnosis.probability import Fit, none_of_them, weight_of

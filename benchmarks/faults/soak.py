@@ -24,8 +24,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.fault_cases import FLIPPED
-from benchmarks.soak_witness import Findings, MarkedBench, Witness
+from benchmarks.faults.cases import FLIPPED
+from benchmarks.faults.witness import Findings, MarkedBench, Witness
 from model.errors import BusError, ForceStreamError
 from model.values.faults import StopReason
 from model.values.gravity import STANDARD_GRAVITY

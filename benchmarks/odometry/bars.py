@@ -1,6 +1,6 @@
 """How far an estimate can be trusted, over worlds that differ from the robot file in many ways at once.
 
-``python -m benchmarks.odometry_bars FOLDER`` judges the walks of ``benchmarks.odometry_worlds``, each with
+``python -m benchmarks.odometry.bars FOLDER`` judges the walks of ``benchmarks.odometry.worlds``, each with
 and without forces and with and without a yaw gyro; an encoder that dies in a world is dead in all four.
 ``--realities`` judges healthy robots that are built differently, each in a row of its own. ``--faults``
 makes walks with one large fault each and prints what is noticed.
@@ -16,8 +16,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from scipy.stats import chi2
 
-from benchmarks.odometry_walks import GAITS, walk_without_bytes
-from benchmarks.odometry_worlds import (
+from benchmarks.odometry.walks import GAITS, walk_without_bytes
+from benchmarks.odometry.worlds import (
     JUDGED_SEEDS,
     World,
     config_of,
@@ -251,7 +251,7 @@ def main() -> None:
                 print(line, flush=True)
             return
         if options.folder is None:
-            parser.error("name the folder that benchmarks.odometry_worlds made")
+            parser.error("name the folder that benchmarks.odometry.worlds made")
         worlds = worlds_of(options.seeds, realities=options.realities, default=JUDGED_SEEDS)
         walks = pool.starmap(judge, [(options.folder, world) for world in worlds], chunksize=1)
         rows = [one for walk in walks for one in walk]

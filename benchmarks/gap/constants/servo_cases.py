@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from benchmarks.gap_constants.cases import KnownCase, drawn, truths_of
+from benchmarks.gap.constants.cases import KnownCase, drawn, truths_of
 from gap.check.cases import OUTSIDE, PAIR, SINGLE
 from gap.interfaces import Cause, Drive
 from gap.machines.servo_bench.simulator import servo_bench

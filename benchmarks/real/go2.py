@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.real_machines import Bar, Found, alone, command, diagnose, keep, put, table
+from benchmarks.real.machines import Bar, Found, alone, command, diagnose, keep, put, table
 from robot.console.screen_fit import WIDTH, wrapped
 
-MAP = Path(__file__).resolve().parents[1] / "docs" / "real" / "go2_map.toml"
+MAP = Path(__file__).resolve().parents[2] / "docs" / "real" / "go2_map.toml"
 FRICTION = "joint_friction_at_every_joint"
 DECOYS = ("command_delay", "play_at_every_joint", "coulomb_friction_at_every_joint", FRICTION)
 SHOWN = ("RR_thigh", "RR_calf")

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.gap_constants.cases import KnownCase, drawn, truths_of
+from benchmarks.gap.constants.cases import KnownCase, drawn, truths_of
 from gap.check.cases import CONTROL, OUTSIDE, PAIR, REMOVED, SINGLE
 from gap.interfaces import Cause, Drive, check_causes
 from model.values.arrays import FloatArray
