@@ -193,7 +193,11 @@ def without_drift(part: TrialPart, error: FloatArray) -> FloatArray:
     away = (time - time.mean()) / time.std()
     columns = np.column_stack([basis, away])
     drift = np.zeros_like(error)
-    for c in range(error.shape[1]):
+    whole = known.all(axis=0)
+    if whole.any():  # nearly all channels, and one factorisation does for all of them
+        slopes = np.linalg.lstsq(columns, error[:, whole], rcond=None)[0][-1]
+        drift[:, whole] = np.outer(away, slopes)
+    for c in np.flatnonzero(~whole):
         on = known[:, c]
         if on.sum() > 2 * columns.shape[1]:
             slope = np.linalg.lstsq(columns[on], error[on, c], rcond=None)[0][-1]
