@@ -34,6 +34,7 @@ print(os.waitstatus_to_exitcode(status), usage.ru_maxrss)
 COMMANDS = (
     ("log", "info", "LOG"),
     ("show", "LOG", "--out", "DIR/show.html"),
+    ("odom", "LOG"),
     ("log", "export", "LOG", "--format", "trial", "--out", "DIR/trial.parquet"),
     ("log", "export", "LOG", "--format", "parquet", "--out", "DIR/table.parquet"),
     ("log", "export", "LOG", "--format", "csv", "--out", "DIR/table.csv"),

@@ -1,6 +1,5 @@
 """A log as arrays: T ticks of N legs and J joints, for tables, plots and comparisons."""
 
-from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -15,6 +14,7 @@ from model.values.faults import Fault
 from model.values.machine_names import MachineNames
 from model.values.readings import ImuRecord
 from model.values.tick import Tick
+from record.growing_array import GrowingArray
 from record.log.estimate_message import HEALTHS
 
 NOT_RUNNING = -1
@@ -254,25 +254,45 @@ def recording_of(
     )
 
 
+class GrowingRecording:
+    """Blocks of one log, put together as they come; nothing but the newest is in memory twice."""
+
+    def __init__(self) -> None:
+        self._fields: dict[str, GrowingArray] = {}
+        self._faults: list[tuple[int, Fault]] = []
+        self._last: Recording | None = None
+
+    def add(self, part: Recording) -> None:
+        """Add the next block."""
+        ticks = len(self._fields["t_s"]) if self._fields else 0
+        for name in ARRAYS:
+            values = getattr(part, name)
+            self._fields.setdefault(name, GrowingArray(values)).extend(values)
+        self._faults += ((ticks + number, fault) for number, fault in part.faults)
+        self._last = part
+
+    def recording(self, damage: str) -> Recording:
+        """Return the whole so far, of at least one block.
+
+        ``damage`` says how the whole is damaged; it is empty if it is not.
+        """
+        if self._last is None:
+            raise ValueError("a recording has at least one block")
+        joined = _each_array(lambda name: self._fields[name].array())
+        return replace(self._last, **joined, faults=tuple(self._faults), damage=damage)
+
+
 def join_recordings(parts: Iterable[Recording], damage: str) -> Recording:
     """Put blocks of one log together, in order.
-
-    If the caller keeps no reference to the blocks, only one field at a time is in memory twice.
 
     Args:
         parts: The blocks, at least one.
         damage: How the whole is damaged, empty if it is not.
     """
-    fields: defaultdict[str, list[NDArray[Any]]] = defaultdict(list)
-    faults: list[tuple[int, Fault]] = []
-    ticks = 0
+    whole = GrowingRecording()
     for part in parts:
-        for name in ARRAYS:
-            fields[name].append(getattr(part, name))
-        faults += ((ticks + number, fault) for number, fault in part.faults)
-        ticks += len(part.t_s)
-    joined = _each_array(lambda name: np.concatenate(fields.pop(name)))
-    return replace(part, **joined, faults=tuple(faults), damage=damage)
+        whole.add(part)
+    return whole.recording(damage)
 
 
 def thin_recording(log: Recording, step: int) -> Recording:

@@ -28,8 +28,12 @@ class DifferentError(Exception):
 
 
 def in_stretches(
-    path: Path, tasks: Sequence[T], work: Callable[[T], R | None], progress: Pass
-) -> list[R] | None:
+    path: Path,
+    tasks: Sequence[T],
+    work: Callable[[T], R | None],
+    progress: Pass,
+    take: Callable[[R], None],
+) -> bool:
     """Work on every stretch of a log, on all cores.
 
     Args:
@@ -37,11 +41,12 @@ def in_stretches(
         tasks: One a stretch, in order.
         work: What is done with one, in another process; returns None if it does not count.
         progress: How far it has come is told in it.
+        take: Given what each came to, in order.
 
     Returns:
-        What each came to; None if one does not count, the log is damaged, or a process is gone.
+        Whether all count; False if one does not, the log is damaged, or a process is gone. What was taken
+        until then counts for nothing.
     """
-    done: list[R] = []
     try:
         with worker_pool(min(cores(), len(tasks))) as pool:
             futures = [pool.submit(work, task) for task in tasks]
@@ -52,10 +57,10 @@ def in_stretches(
                 result = futures.pop().result()
                 if result is None:
                     raise DifferentError
-                done.append(result)
+                take(result)
                 progress.position = task.stretch.span[1]
                 progress.tell()
     except (DifferentError, BrokenExecutor):
-        return None
+        return False
     progress.position, progress.finished = progress.size, True
-    return done
+    return True

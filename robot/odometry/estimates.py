@@ -1,6 +1,5 @@
 """Estimates of many ticks as columns: of an hour they take half a gigabyte, and as objects four."""
 
-from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import fields
 from typing import Any, overload
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Estimate, Health
+from record.growing_array import GrowingArray
 from record.log.estimate_message import HEALTHS
 
 BLOCK = 1024  # rows
@@ -25,10 +25,13 @@ class EstimateSeries(Sequence[Estimate]):
     Args:
         columns: Each field of ``Estimate`` in all ticks, (T, ...); health and texts by their numbers.
         texts: The texts that are numbered.
+
+    Attributes:
+        texts: The same.
     """
 
     def __init__(self, columns: Columns, texts: Sequence[str]) -> None:
-        self._columns, self._texts = columns, texts
+        self._columns, self.texts = columns, texts
 
     @classmethod
     def of(cls, estimates: Iterable[Estimate]) -> "EstimateSeries":
@@ -42,22 +45,6 @@ class EstimateSeries(Sequence[Estimate]):
             made.add(estimate)
         return made.estimates()
 
-    @classmethod
-    def joined(cls, parts: Sequence["EstimateSeries"]) -> "EstimateSeries":
-        """Return the estimates of parts of a log, at least one, one behind the other."""
-        codes: dict[str, int] = {}
-        renamed = [
-            np.array([codes.setdefault(text, len(codes)) for text in part._texts], dtype=np.int64)
-            for part in parts
-        ]
-        columns: Columns = {}
-        for name in NAMES:  # one after the other: only one of them is there twice at a time
-            each = [part._columns.pop(name) for part in parts]
-            if name in TEXTS:
-                each = [new[old] for new, old in zip(renamed, each, strict=True)]
-            columns[name] = readonly(np.concatenate(each))
-        return cls(columns, tuple(codes))
-
     def __len__(self) -> int:
         return len(self._columns["t_ns"])
 
@@ -67,13 +54,13 @@ class EstimateSeries(Sequence[Estimate]):
     def __getitem__(self, at: slice) -> "EstimateSeries": ...
     def __getitem__(self, at: int | slice) -> "Estimate | EstimateSeries":
         if isinstance(at, slice):
-            return EstimateSeries({name: of[at] for name, of in self._columns.items()}, self._texts)
+            return EstimateSeries({name: of[at] for name, of in self._columns.items()}, self.texts)
         values: dict[str, Any] = {
             name: of[at] if of.ndim > 1 else of[at].item() for name, of in self._columns.items()
         }
         values[HEALTH] = HEALTHS[values[HEALTH]]
         for name in TEXTS:
-            values[name] = self._texts[values[name]]
+            values[name] = self.texts[values[name]]
         return Estimate(**values)
 
     def column(self, name: str) -> FloatArray:
@@ -85,6 +72,10 @@ class EstimateSeries(Sequence[Estimate]):
         if name == HEALTH or name in TEXTS:
             raise KeyError(name)
         return self._columns[name].astype(np.float64, copy=False)
+
+    def codes(self, name: str) -> NDArray[Any]:
+        """Return a field of every tick as it is kept, (T, ...): health and texts by their numbers."""
+        return self._columns[name]
 
     @property
     def healths(self) -> list[Health]:
@@ -102,7 +93,7 @@ class EstimateSeries(Sequence[Estimate]):
         return self._text("remark")
 
     def _text(self, name: str) -> list[str]:
-        return [self._texts[code] for code in self._columns[name].tolist()]
+        return [self.texts[code] for code in self._columns[name].tolist()]
 
 
 class EstimateColumns:
@@ -110,44 +101,60 @@ class EstimateColumns:
 
     def __init__(self) -> None:
         self._codes: dict[str, int] = {}
-        self._full: defaultdict[str, list[NDArray[Any]]] = defaultdict(list)
+        self._full: dict[str, GrowingArray] = {}
         self._block: Columns = {}
         self._row = 0
 
     def __len__(self) -> int:
-        return sum(map(len, self._full["t_ns"])) + self._row
+        return (len(self._full["t_ns"]) if self._full else 0) + self._row
 
     def add(self, estimate: Estimate) -> None:
         """Add the estimate of the next tick."""
-        if self._row == BLOCK or not self._block:
-            self._begin_block(estimate)
-        row, codes, block = self._row, self._codes, self._block
+        if not self._block:
+            self._block = _block_for(estimate)
+        row, block = self._row, self._block
         for name in NAMES:
             value = getattr(estimate, name)
             if name == HEALTH:
                 value = HEALTHS.index(value)
             elif name in TEXTS:
-                value = codes.setdefault(value, len(codes))
+                value = self._code(value)
             block[name][row] = value
         self._row = row + 1
+        if self._row == BLOCK:
+            self._end_block()
+
+    def extend(self, more: EstimateSeries) -> None:
+        """Add the estimates of the next ticks."""
+        self._end_block()
+        codes = np.array([self._code(text) for text in more.texts], dtype=np.int64)
+        for name in NAMES:
+            values = more.codes(name)
+            self._append(name, codes[values] if name in TEXTS else values)
 
     def estimates(self) -> EstimateSeries:
         """Return all estimates so far, at least one."""
         self._end_block()
-        columns = {}
-        for name in NAMES:  # one after the other: only one of them is there twice at a time
-            columns[name] = readonly(np.concatenate(self._full[name]))
-            self._full[name] = [columns[name]]
+        columns = {name: readonly(self._full[name].array()) for name in NAMES}
         return EstimateSeries(columns, tuple(self._codes))
 
-    def _begin_block(self, estimate: Estimate) -> None:
-        self._end_block()
-        for name in NAMES:
-            value = np.asarray(0 if name == HEALTH or name in TEXTS else getattr(estimate, name))
-            kind = np.dtype(np.float64) if name in REAL else value.dtype
-            self._block[name] = np.empty((BLOCK, *value.shape), dtype=kind)
+    def _code(self, text: str) -> int:
+        return self._codes.setdefault(text, len(self._codes))
 
     def _end_block(self) -> None:
         for name, block in self._block.items():
-            self._full[name].append(block[: self._row])
-        self._block, self._row = {}, 0
+            self._append(name, block[: self._row])
+        self._row = 0
+
+    def _append(self, name: str, rows: NDArray[Any]) -> None:
+        self._full.setdefault(name, GrowingArray(rows)).extend(rows)
+
+
+def _block_for(estimate: Estimate) -> Columns:
+    """Columns for a block of such estimates, to be filled."""
+    block: Columns = {}
+    for name in NAMES:
+        value = np.asarray(0 if name == HEALTH or name in TEXTS else getattr(estimate, name))
+        kind = np.dtype(np.float64) if name in REAL else value.dtype
+        block[name] = np.empty((BLOCK, *value.shape), dtype=kind)
+    return block

@@ -6,30 +6,29 @@ or cut), nothing is concluded from it, and the log is read from its first tick o
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
-
-import numpy as np
 
 from model.errors import BigantError
+from record.growing_array import GrowingArray
 from record.log.blocks.read import read_log
 from record.log.reader import LogContents, read_tick_messages
-from record.log.recording import Recording, join_recordings
+from record.log.recording import GrowingRecording, Recording
 from record.log.salvage import DAMAGE
 from record.log.stretches import Stretch, find_stretches
 from robot.config.robot_file import RobotConfig
 from robot.console.processes import worth_processes
 from robot.console.stretch_pool import DifferentError, in_stretches
 from robot.control.state_bytes import bytes_of_estimator, estimator_of_bytes
-from robot.odometry.estimates import EstimateSeries
+from robot.odometry.estimates import EstimateColumns
 from robot.odometry.request import believed_robot
 from robot.odometry.track import Track, TrackedLog, Tracker
 from robot.requests.recorded import OdomRequest
 
 UNKNOWN_NS = -1
+BESIDE = ("unix_ns", "step_us", "rejections", "anchored")  # of a track, beside the estimates
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +47,38 @@ class TrackedStretch:
 
     log: Recording
     track: Track
+
+
+class GrowingTrack:
+    """Stretches of a log, put together as they come.
+
+    Attributes:
+        log: Their recording.
+    """
+
+    def __init__(self) -> None:
+        self.log = GrowingRecording()
+        self._estimates = EstimateColumns()
+        self._fields: dict[str, GrowingArray] = {}
+
+    def add(self, part: TrackedStretch) -> None:
+        """Add the next stretch."""
+        self.log.add(part.log)
+        self._estimates.extend(part.track.estimates)
+        for name in BESIDE:
+            values = getattr(part.track, name)
+            self._fields.setdefault(name, GrowingArray(values)).extend(values)
+
+    def track(self) -> Track:
+        """Return the track of the whole so far, of at least one stretch."""
+        columns = {name: of.array() for name, of in self._fields.items()}
+        unix_ns = columns["unix_ns"]
+        return Track(
+            t_s=(unix_ns - unix_ns[0]) * 1e-9,
+            estimates=self._estimates.estimates(),
+            states=(),
+            **columns,
+        )
 
 
 def track_stretches(path: Path, request: OdomRequest, contents: LogContents) -> TrackedLog | None:
@@ -77,43 +108,18 @@ def track_stretches(path: Path, request: OdomRequest, contents: LogContents) -> 
     ]
     if len(tasks) < 2:
         return None
-    parts = in_stretches(path, tasks, track_stretch, contents.progress)
-    if parts is None:
+    whole = GrowingTrack()
+    if not in_stretches(path, tasks, track_stretch, contents.progress, whole.add):
         return None
     config = believed_robot(request, contents.config_text)
-    tracks = [part.track for part in parts]
-    logs = [part.log for part in parts]
-    parts.clear()
-    log = replace(_joined_logs(logs), metadata=contents.metadata)
-    return TrackedLog(log, config, joined_tracks(tracks))
+    log = replace(whole.log.recording(damage=""), metadata=contents.metadata)
+    return TrackedLog(log, config, whole.track())
 
 
 def _with_its_own_settings(request: OdomRequest) -> bool:
     others = (request.robot, request.law)
     switched = (request.no_sway, request.no_forces, request.no_imu, request.smooth)
     return others == (None, None) and not any(switched)
-
-
-def _joined_logs(logs: list[Recording]) -> Recording:
-    logs.reverse()
-    return join_recordings((logs.pop() for _ in range(len(logs))), damage="")
-
-
-def joined_tracks(parts: list[Track]) -> Track:
-    """Return the tracks of a log's parts as that of the whole; the parts are not to be used again."""
-    unix_ns = np.concatenate([part.unix_ns for part in parts])
-    joined: dict[str, Any] = {
-        field.name: np.concatenate([getattr(part, field.name) for part in parts])
-        for field in fields(Track)
-        if field.name in {"step_us", "rejections", "anchored"}
-    }
-    return Track(
-        t_s=(unix_ns - unix_ns[0]) * 1e-9,
-        unix_ns=unix_ns,
-        estimates=EstimateSeries.joined([part.estimates for part in parts]),
-        states=(),
-        **joined,
-    )
 
 
 def track_stretch(task: TrackTask) -> TrackedStretch | None:

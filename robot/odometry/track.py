@@ -25,6 +25,7 @@ from robot.requests.recorded import OdomRequest
 
 # Where a displacement begins, its pose is known to this [m, rad], as in the estimator's first tick.
 START_SD = 1e-4
+BLOCK_TICKS = 8192  # at a time, where each takes kilobytes
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,18 +81,24 @@ class Track:
         Once an absolute pose is used, the pose does not hang on the first one any more: then it is the sum
         of both covariances. Of robots of other tolerances only how far they part from then on counts.
         """
-        apart = self.column("companion_pose")
-        covariance = self.column("pose_covariance") - paired_covariance(apart)
-        moved = self.pose - self.pose[0]
+        free = np.logical_or.accumulate(self.anchored)
+        free[0] = False  # of no displacement nothing is unknown
+        spans = (slice(at, at + BLOCK_TICKS) for at in range(0, len(free), BLOCK_TICKS))
+        return np.concatenate([self._displacement_covariance(span, free[span]) for span in spans])
+
+    def _displacement_covariance(self, span: slice, free: BoolArray) -> FloatArray:
+        """The same over some ticks; ``free`` says in which the pose does not hang on the first one."""
+        every, covariances = self.column("companion_pose"), self.column("pose_covariance")
+        apart, first = every[span], covariances[0] - paired_covariance(every[:1])[0]
+        covariance = covariances[span] - paired_covariance(apart)
+        moved = self.pose[span] - self.pose[0]
         # a turn at the first tick moves all later places
         carried = np.tile(np.eye(3), (len(moved), 1, 1))
         carried[:, 0, 2], carried[:, 1, 2] = -moved[:, 1], moved[:, 0]
-        known = carried @ covariance[0] @ carried.transpose(0, 2, 1)
-        free = np.logical_or.accumulate(self.anchored)
-        free[0] = False  # of no displacement nothing is unknown
+        known = carried @ first @ carried.transpose(0, 2, 1)
         sign = np.where(free, 1.0, -1.0)[:, None, None]
         since = apart - np.where(
-            free[:, None, None], 0.0, np.einsum("tij,mj->tmi", carried, apart[0])
+            free[:, None, None], 0.0, np.einsum("tij,mj->tmi", carried, every[0])
         )
         grown: FloatArray = (
             covariance + sign * known + paired_covariance(since) + START_SD**2 * np.eye(3)

@@ -93,8 +93,8 @@ def replay_stretches(
     metadata = tuple(contents.metadata.items())
     tasks = [StretchTask(path, contents.config_text, metadata, gait, one) for one in stretches]
     rebuilt = rebuild_controller(contents, None, gait)
-    done = in_stretches(path, tasks, replay_stretch, contents.progress)
-    if done is None:
+    done: list[StretchDone] = []
+    if not in_stretches(path, tasks, replay_stretch, contents.progress, done.append):
         return None
     ticks = sum(one.ticks for one in done)
     return ReplayedStretches(rebuilt, ticks, done[0].first_ns, done[-1].last_ns)
