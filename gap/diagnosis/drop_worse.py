@@ -49,8 +49,14 @@ def drop_worse(
 
 
 def _worst(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | None:
-    """Number of the cause without which held-out runs are clearly predicted better by most."""
-    order = sorted((i for i, one in enumerate(far.worse) if one), key=lambda i: far.last[i])
+    """Number of the cause without which held-out runs are predicted better by most.
+
+    Where there are others, one is in doubt as soon as it adds nothing to them: a large cause that is not
+    exactly of the effect's form leaves a residual, in which chance finds others.
+    """
+    several = len(far.last) > 1
+    doubted = [i for i, one in enumerate(far.worse) if one or (several and far.last[i] <= 0.0)]
+    order = sorted(doubted, key=lambda i: far.last[i])
     return next(
         (i for i in order if not helps_its_stage(comparison, selection.fitted.causes, i)), None
     )

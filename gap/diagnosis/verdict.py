@@ -80,7 +80,7 @@ def named_causes(
                 effect=effect.family,
                 joints=cause.joints,
                 stage=effect.stage,
-                values=_values(effect, cause, errors[at : at + size]),
+                values=fitted_values(effect, cause, errors[at : at + size]),
                 probability=probabilities[i],
                 nats=step.chosen.over.nats,
                 nats_error=step.chosen.over.error,
@@ -107,13 +107,14 @@ def _parts(far: HowFar, count: int) -> list[float]:
     return [r * far.shrink / total if total > 0 else np.nan for r in raw]
 
 
-def _values(effect: Effect, cause: Cause, errors: FloatArray) -> tuple[Value, ...]:
+def fitted_values(effect: Effect, cause: Cause, errors: FloatArray) -> tuple[Value, ...]:
+    """Return the values of a cause with their errors, (P,) in spreads, and which lie on a bound."""
     out = []
     for p, value, error in zip(effect.parameters, cause.values, errors, strict=True):
         edge = 1e-6 * (p.upper - p.lower)
         bound = not p.lower + edge < value < p.upper - edge
-        # of all joints at once, one joint may be without it
-        bound = bound and not (effect.each and value == p.neutral)
+        # neutral is no limit of the effect, even where it lies on a bound: it is without this number
+        bound = bound and abs(value - p.neutral) > edge
         out.append(Value(p.name, p.unit, value, float(error) * p.spread, p.neutral, bound))
     return tuple(out)
 

@@ -167,11 +167,14 @@ def _cells(
     dependence = evidence.floor.dependence
     # whitened residuals carry the root of the dependence; undone here, a mean is in units of the noise
     value = total / (frames * np.sqrt(dependence))
-    blocks = len(value)
-    flat = value.reshape(blocks, -1)
+    # a run hardly ever ends with its cycle: a block that has only some phases says nothing of the others
+    whole = np.flatnonzero((count > 0).any(axis=2).sum(axis=1) == count.shape[1])
+    value, count = value[whole], count[whole]
+    blocks = len(whole)
     known = (count > 0).all(axis=0).ravel()
     if blocks < FEWEST_BLOCKS or not known.any():
         return ()
+    flat = value.reshape(blocks, -1)
     flat = flat[:, known]
     mean, own = flat.mean(axis=0), flat.var(axis=0, ddof=1)
     error = np.sqrt((own + np.median(own) + 1e-30) / (2 * blocks))

@@ -68,6 +68,18 @@ def all_idle(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
     return replace(far, worse=(False,) * len(causes), last=none, after=0.5 * far.before)
 
 
+def test_with_references_what_adds_nothing_stays_only_if_it_clearly_helps_its_stage(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """In what a large cause leaves, chance finds others: they add nothing to held-out runs."""
+    true, made_up = Cause("stiffness", ("c",), (0.8,)), Cause("bias", ("a",), (0.1,))
+    study = make_study(toy_case([true], 3), Toy(), toy_references(3))
+    comparison = compare(study, lambda _: None)
+    monkeypatch.setattr(drop_module, "how_far", all_idle)
+    left, _ = drop_worse(comparison, selected(comparison, [true, made_up]), 0)
+    assert [one.effect for one in left.fitted.causes] == ["stiffness"]
+
+
 def test_without_references_what_adds_nothing_to_the_whole_stays_if_it_clearly_helps_its_stage(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from gap.interfaces import NOWHERE, Channel, Observation
+from gap.machines.legged.gait_phase import gait_cycle
 from gap.machines.legged.inputs import LeggedInputs
 from model.effects.grid import TWIST_WINDOW_S, Grid, body_velocity, down, placed_noise
 from model.effects.signals import SensorSignals
@@ -68,9 +69,11 @@ def make_observation(inputs: LeggedInputs, load_n: FloatArray, length_m: float) 
     values = to_channels(grid, inputs.command_rad, inputs)
     noise = np.broadcast_to(_noise(grid, inputs.trial.header.noise, joints, legs), values.shape)
     time_s = grid.time_s[::2]
+    frequency_hz = inputs.trial.header.frequency_hz
+    cycle = gait_cycle(grid.time_s, inputs.command_rad, inputs.shaft_rad, frequency_hz)
     return Observation(
         time_s=readonly(time_s.copy()),
-        cycle=readonly(_cycle(inputs)[::2].copy()),
+        cycle=readonly(cycle[::2].copy()),
         values=readonly(values),
         noise=readonly(noise.copy()),
         weight=readonly(_weight(grid, inputs.force_n[..., 2], load_n, values.shape)),
@@ -104,17 +107,6 @@ def _noise(grid: Grid, given: TrialNoise, joints: int, legs: int) -> FloatArray:
         np.full(2, slope / fine * sigma("body_position_m")),
         [slope / fine * sigma("body_angle_rad")],
     ])  # fmt: skip
-
-
-def _cycle(inputs: LeggedInputs) -> FloatArray:
-    """Cycles since the start, from the commands, the shafts, or the frequency; NaN if none is known."""
-    for angles in (inputs.command_rad, inputs.shaft_rad):
-        moved = angles - angles[0]
-        if np.isfinite(moved).all(axis=0).any():
-            mean = np.nanmean(moved[:, np.isfinite(moved).all(axis=0)], axis=1)
-            cycle: FloatArray = mean / (2 * np.pi)
-            return cycle
-    return inputs.grid.time_s * inputs.trial.header.frequency_hz
 
 
 def _weight(

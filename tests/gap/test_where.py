@@ -1,0 +1,36 @@
+"""Where a gap is said to lie, and which values are said to lie on a bound."""
+
+import numpy as np
+import pytest
+
+from gap.diagnosis.study import make_study
+from gap.diagnosis.verdict import fitted_values
+from gap.diagnosis.where import PHASE_BINS, where
+from gap.interfaces import Cause, Drive, Effect, Parameter, Scope
+from tests.gap.toy import Toy, toy_case, toy_references
+
+
+@pytest.mark.parametrize("seconds", [16.0, 15.7])
+def test_every_phase_is_looked_at_though_a_run_ends_within_a_cycle(seconds: float) -> None:
+    trials = toy_case([Cause("stiffness", ("c",), (0.5,))], 3, seconds=seconds)
+    study = make_study(trials, Toy(), toy_references(3))
+    local = study.evidence(Drive.MEASURED)
+    cells = where(local, study.evidence(Drive.COMMAND), local.base, 0).cells
+    assert {(one.channel, one.joint) for one in cells} == {("force", "c")}
+    phases = {one.phase for one in cells}
+    assert len(phases) > PHASE_BINS // 2
+    assert max(phases) > 0.5
+
+
+def test_neutral_is_no_bound_even_where_it_lies_on_one() -> None:
+    """Legs that flex fore and aft only have no sideways number; nothing is amiss with that."""
+    numbers = [Parameter(name, "m/N", 0.0, 0.0, 1e-3, 1e-4) for name in ("along", "across")]
+    effect = Effect("flex", "press", tuple(numbers), (Scope.ALL,), "It gives.", "Stiffen it.")
+    for values, bounds in (
+        ((1e-4, 0.0), [False, False]),
+        ((1e-3, 1e-4), [True, False]),
+        ((1e-4, 1e-12), [False, False]),
+        ((5e-4, 1e-3), [False, True]),
+    ):
+        made = fitted_values(effect, Cause("flex", (), values), np.full(2, 0.1))
+        assert [one.on_bound for one in made] == bounds
