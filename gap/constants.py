@@ -91,7 +91,7 @@ HELD_OUT_WORSE = Constant(
     THEORY,
 )
 HELD_OUT_ADDS = Constant(
-    0.005, "share of the gap that a cause must add to the others on held-out runs, without references",
+    0.005, "share of the gap that a cause must add to the others on held-out runs",
     "less than the shares are rounded to",
 )  # fmt: skip
 HELD_OUT_STAGE = Constant(

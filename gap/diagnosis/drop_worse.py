@@ -51,11 +51,11 @@ def drop_worse(
 def _worst(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | None:
     """Number of the cause without which held-out runs are predicted better by most.
 
-    Where there are others, one is in doubt as soon as it adds nothing to them: a large cause that is not
-    exactly of the effect's form leaves a residual, in which chance finds others.
+    Where there are others, one is in doubt as soon as it adds next to nothing to them: a large cause that
+    is not exactly of the effect's form leaves a residual, in which chance finds others.
     """
-    several = len(far.last) > 1
-    doubted = [i for i, one in enumerate(far.worse) if one or (several and far.last[i] <= 0.0)]
+    idle = [len(far.last) > 1 and last < HELD_OUT_ADDS for last in far.last]
+    doubted = [i for i, worse in enumerate(far.worse) if worse or idle[i]]
     order = sorted(doubted, key=lambda i: far.last[i])
     return next(
         (i for i in order if not helps_its_stage(comparison, selection.fitted.causes, i)), None
