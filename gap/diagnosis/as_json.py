@@ -54,6 +54,9 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "next": d.next,
         "new_commands": d.new_commands,
         "trials": {"fitted": list(d.fitted_trials), "held_out": list(d.held_out_trials)},
+        "severe_data_faults": list(
+            d.severe_channels
+        ),  # until they are fixed, no answer can be trusted
         "warnings": list(d.warnings),
         "predictions": d.predictions,
         "seed": d.seed,
