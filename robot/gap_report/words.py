@@ -108,7 +108,7 @@ def size_words(one: Detectable) -> str:
     if not math.isfinite(one.size) or not one.size > 0.0:
         return "these runs cannot show it"
     if not one.values:
-        return f"not within its range ({one.lower:.3g} to {one.upper:.3g}{unit})"
+        return f"not detectable within its bounds ({one.lower:.3g} to {one.upper:.3g}{unit})"
     if one.neutral == 0.0:
         sign = "+-" if len(one.values) > 1 else "-" if one.values[0] < 0.0 else ""
         return f"{sign}{one.size:.3g}{unit}"

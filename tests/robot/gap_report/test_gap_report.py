@@ -232,7 +232,7 @@ def test_the_command_that_applies_a_diagnosis_names_its_file(found: Diagnosis) -
     ("size", "neutral", "lower", "upper", "unit", "words"),
     [
         (0.09, 1.0, 0.1, 3.0, "", "0.910 or 1.090"),
-        (21.1, 0.0, -1.5, 1.5, "", "not within its range (-1.5 to 1.5)"),
+        (21.1, 0.0, -1.5, 1.5, "", "not detectable within its bounds (-1.5 to 1.5)"),
         (0.0123, 0.0, 0.0, 0.2, "s", "0.0123 s"),
         (0.0123, 0.0, -0.2, 0.2, "m", "+-0.0123 m"),
         (1.2, 1.0, 0.1, 3.0, "", "2.2"),
@@ -243,6 +243,16 @@ def test_sizes_are_values_that_make_sense(
     size: float, neutral: float, lower: float, upper: float, unit: str, words: str
 ) -> None:
     assert size_words(Detectable("e", "p", size, unit, neutral, lower, upper)) == words
+
+
+def test_a_size_beyond_the_bounds_is_no_size_anywhere(nothing: Diagnosis) -> None:
+    one = Detectable("hip_mount_offset", "x_m", 0.064, "m", 0.0, -0.05, 0.05)
+    d = replace(nothing, detectable=(one, replace(one, parameter="y_m", size=0.04)))
+    words = "not detectable within its bounds (-0.05 to 0.05 m)"
+    for text in ("\n".join(summary_lines(d, FILES)), plain(diagnosis_page(d, *SUBJECT))):
+        assert words in text
+        assert "0.064" not in text
+    assert [one["values"] for one in diagnosis_json(d)["detectable"]] == [[], [-0.04, 0.04]]
 
 
 def test_the_terminal_says_how_many_sizes_it_leaves_out(nothing: Diagnosis) -> None:
