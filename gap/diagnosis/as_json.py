@@ -50,7 +50,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
             {"method": b.method, "causes": [{"effect": e, "legs": list(j)} for e, j in b.causes]}
             for b in d.baselines
         ],
-        # ``values`` are those at this distance that make sense; without one it cannot show within its bounds
+        # without ``values`` at this distance that make sense it is not detectable within its bounds
         "detectable": [{**asdict(one), "values": list(one.values)} for one in d.detectable],
         "next": d.next,
         "new_commands": d.new_commands,
