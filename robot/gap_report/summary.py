@@ -219,7 +219,7 @@ def _sizes(d: Diagnosis) -> list[str]:
 
 
 def _next(d: Diagnosis) -> list[str]:
-    if not d.next:
+    if not d.next or d.severe_channels:  # no run settles what data with a fault leave open
         return []
     shown = d.next[:MOST_NEXT]
     pair = common_pair(shown)

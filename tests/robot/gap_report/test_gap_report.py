@@ -152,7 +152,9 @@ LONE = DataFault("spikes", "current_arm_a", "1 lone sample stands out by 3", Fal
 def test_severe_faults_of_the_data_come_first_and_no_cause_sounds_sure(
     found: Diagnosis, verdict: Verdict
 ) -> None:
-    ill = replace(found, verdict=verdict, data_faults=(TrialFaults(1, (LONE, SWAPPED)),))
+    ill = replace(
+        found, verdict=verdict, data_faults=(TrialFaults(1, (LONE, SWAPPED)),), next=(next_run(0),)
+    )
     lines = summary_lines(ill, FILES)
     assert lines[0] == "FIX THE DATA FIRST"
     assert lines[1] == "severe faults of the data:"
@@ -166,6 +168,7 @@ def test_severe_faults_of_the_data_come_first_and_no_cause_sounds_sure(
     assert "<title>Fix the data first: shaft_arm_rad |" in diagnosis_page(ill, *SUBJECT)
     for words in (text, page):
         assert "The simulator lacks" not in words
+        assert "to run next" not in words
         assert found.causes[0].remedy not in words, "nobody acts on a cause that may be none"
     assert ill.sentence.startswith(
         "Fix the data first (shaft_arm_rad): what follows cannot be trusted. With the data as they are: "
