@@ -58,10 +58,17 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "severe_data_faults": list(
             d.severe_channels
         ),  # until they are fixed, no answer can be trusted
-        "warnings": list(d.warnings),
+        "warnings": [*_data_warning(d), *d.warnings],
         "predictions": d.predictions,
         "seed": d.seed,
     }
+
+
+def _data_warning(d: Diagnosis) -> list[str]:
+    channels = ", ".join(d.severe_channels)
+    return (
+        [f"fix the data first ({channels}): this diagnosis cannot be trusted"] if channels else []
+    )
 
 
 def _cause(one: NamedCause) -> dict[str, Any]:
