@@ -49,7 +49,7 @@ class OpenRival(RivalCause):
             return f"separation {self.separation:.2g}, {ENOUGH_SEPARATION:.0f} settles it"
         if self.behind < 0.0:
             higher = value_words(-self.behind, self.behind_error)
-            return f"its held-out log-likelihood is higher, by {higher} nats"
+            return f"its held-out log-likelihood is higher by {higher} nats"
         if self.predicts_as_well:
             worse = value_words(self.behind, self.behind_error)
             return f"its held-out log-likelihood is lower by only {worse} nats"
