@@ -182,8 +182,8 @@ def _how_far(d: Diagnosis) -> list[str]:
     far = d.far
     if not d.causes:
         return [
-            f"how far: no cause is named, so nothing is explained; RMS {rms_words(far.before)} of its "
-            f"baseline on {d.held_out}"
+            f"how far: no cause is named, so nothing is explained; RMS over all channels "
+            f"{rms_words(far.before)} of its baseline on {d.held_out}"
         ]
     change = f"RMS {rms_words(far.before)} -> {rms_words(far.after)} of its baseline"
     if math.isnan(far.after):
