@@ -37,3 +37,8 @@ def fixed(value: float, decimals: int) -> str:
 def percent_words(share: float) -> str:
     """Write a share as a percentage; a dash where it is not known."""
     return "-" if math.isnan(share) else f"{round(100 * share) + 0}%"
+
+
+def count_words(count: int, one: str) -> str:
+    """Write how many there are of something: 1 hole, 2 holes."""
+    return f"{count} {one}" + ("" if count == 1 else "s")

@@ -25,6 +25,7 @@ from gap.data.columns import (
 )
 from gap.data.time_lag import lag_faults
 from gap.interfaces import DataFault
+from gap.rounding import count_words
 from model.values.arrays import BoolArray, FloatArray
 from record.trial.table_check import SAMPLED_S
 from record.trial.trial import Place, Trial, trial_places
@@ -88,7 +89,7 @@ def _time(trial: Trial) -> Iterator[Sign]:
     long = steps > max(GAP_S, 5 * usual)
     if long.any():
         lost = float(steps[long].sum() / (trial.time_s[-1] - trial.time_s[0]))
-        words = f"{int(long.sum())} times no sample for up to {steps.max():.2f} s, "
+        words = f"{count_words(int(long.sum()), 'pause')} without a sample, of up to {steps.max():.2f} s, "
         yield "gap", f"{words}{100 * lost:.1f} % of the trial", lost > SEVERE_SHARE
 
 
@@ -123,7 +124,8 @@ def _holes(known: BoolArray, period: float) -> Iterator[Sign]:
     long = lengths > GAP_S
     if long.any():
         share = float(1 - known.mean())
-        words = f"{int(long.sum())} holes of up to {lengths.max():.2f} s, {100 * share:.1f} % is missing"
+        words = f"{count_words(int(long.sum()), 'hole')} of up to {lengths.max():.2f} s, "
+        words += f"{100 * share:.1f} % is missing"
         yield "gap", words, share > SEVERE_SHARE
 
 
@@ -132,7 +134,11 @@ def _wraps(values: FloatArray) -> Iterator[Sign]:
     turns = np.abs(steps - 2 * np.pi) < 0.5
     # one step of a turn between steps that are small: no motion does that
     if turns.any() and np.median(steps) < 0.5:
-        yield "wrap", f"{int(turns.sum())} jumps of a whole turn; unwrap the angle", True
+        yield (
+            "wrap",
+            f"{count_words(int(turns.sum()), 'jump')} of a whole turn; unwrap the angle",
+            True,
+        )
 
 
 def _frozen(
@@ -152,7 +158,8 @@ def _frozen(
         return  # a coarse sensor that repeats all the time
     if held:
         total = sum(last - first for first, last in held) * period
-        words = f"repeats bit for bit for {total:.1f} s in {len(held)} stretches, first at sample "
+        where = "1 stretch" if len(held) == 1 else f"{len(held)} stretches"
+        words = f"repeats bit for bit for {total:.1f} s in {where}, first at sample "
         yield "frozen", f"{words}{held[0][0]}", total > SEVERE_SHARE * len(values) * period
 
 
@@ -169,7 +176,8 @@ def _spikes(values: FloatArray) -> Iterator[Sign]:
     limit = max(SPIKE_SHARE * (high - low), SPIKE_SIGMAS * spread_of(off), 1e-9)
     lone = [first for first, last in runs(off > limit).tolist() if last - first <= LONGEST_SPIKE]
     if lone:
-        words = f"{len(lone)} lone samples stand out by up to {off[lone].max():.3g} "
+        stand = "stands out by" if len(lone) == 1 else "stand out by up to"
+        words = f"{count_words(len(lone), 'lone sample')} {stand} {off[lone].max():.3g} "
         words += f"(range of the rest {high - low:.3g})"
         yield "spikes", words, len(lone) > 0.01 * len(values)
 

@@ -8,6 +8,7 @@ import numpy as np
 from gap.constants import HIDDEN_SHARE, VIBRATION_CLEAR
 from gap.diagnosis.probability import RivalCause
 from gap.residuals.evidence import Evidence
+from gap.rounding import value_words
 from gap.search.cross_validation import CLEAR_ERRORS
 from gap.search.fit import ENOUGH_SEPARATION, Fitted, energy_left
 from gap.search.look import Selection, Step
@@ -46,9 +47,12 @@ class OpenRival(RivalCause):
             return f"nothing was measured between them: {self.tells}"
         if self.looks_the_same:
             return f"separation {self.separation:.2g}, {ENOUGH_SEPARATION:.0f} settles it"
+        if self.behind < 0.0:
+            higher = value_words(-self.behind, self.behind_error)
+            return f"its held-out log-likelihood is higher by {higher} nats"
         if self.predicts_as_well:
-            worse = f"{self.behind:.2g} +- {self.behind_error:.2g} nats"
-            return f"its held-out log-likelihood is lower by only {worse}"
+            worse = value_words(self.behind, self.behind_error)
+            return f"its held-out log-likelihood is lower by only {worse} nats"
         return (
             f"its held-out log-likelihood is {self.behind:.2g} nats lower, less than "
             f"{HIDDEN_SHARE:.0%} of what all causes leave unexplained"

@@ -50,14 +50,25 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
             {"method": b.method, "causes": [{"effect": e, "legs": list(j)} for e, j in b.causes]}
             for b in d.baselines
         ],
-        "detectable": d.detectable,
+        # without ``values`` at this distance that make sense it is not detectable within its bounds
+        "detectable": [{**asdict(one), "values": list(one.values)} for one in d.detectable],
         "next": d.next,
         "new_commands": d.new_commands,
         "trials": {"fitted": list(d.fitted_trials), "held_out": list(d.held_out_trials)},
-        "warnings": list(d.warnings),
+        "severe_data_faults": list(
+            d.severe_channels
+        ),  # until they are fixed, no answer can be trusted
+        "warnings": [*_data_warning(d), *d.warnings],
         "predictions": d.predictions,
         "seed": d.seed,
     }
+
+
+def _data_warning(d: Diagnosis) -> list[str]:
+    channels = ", ".join(d.severe_channels)
+    return (
+        [f"fix the data first ({channels}): this diagnosis cannot be trusted"] if channels else []
+    )
 
 
 def _cause(one: NamedCause) -> dict[str, Any]:

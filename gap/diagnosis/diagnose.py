@@ -226,7 +226,7 @@ def _diagnosis(
         next=runs,
         new_commands=new_commands((*study.fitted, *study.held), study.references),
         warnings=tuple(
-            warnings_of(study, faults, len(evidence.starts), answer.named, far, answer.detection)
+            warnings_of(study, len(evidence.starts), answer.named, far, answer.detection)
         ),
         predictions=study.predictor.count,
         seed=seed,

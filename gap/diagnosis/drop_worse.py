@@ -4,6 +4,7 @@ They are judged end to end, from commands alone. A cause with which held-out run
 better where each stage is fed what was measured stays all the same (``gap.diagnosis.held_stage``).
 """
 
+import math
 from collections.abc import Iterator
 
 from gap.constants import (
@@ -37,7 +38,7 @@ def drop_worse(
     far = how_far(comparison.held, selection.fitted.causes, seed)
     alone = comparison.healthy is None
     while selection.steps:
-        if alone and (any(far.worse) or far.after > far.before):
+        if alone and (any(far.worse) or _left(far) > far.before):
             selection, far = _better(comparison, selection, far, seed)
             continue
         at = (_idle if alone else _worst)(comparison, selection, far)
@@ -100,8 +101,13 @@ def _better(
         for one in _changed(comparison, selection)
     ]
     fewer = [pair for pair in others if len(pair[0].steps) < len(selection.steps)]
-    replaced = [pair for pair in others if pair not in fewer and pair[1].after < far.after]
-    return min((*fewer, *replaced), key=lambda pair: pair[1].after)
+    replaced = [pair for pair in others if pair not in fewer and _left(pair[1]) < _left(far)]
+    return min((*fewer, *replaced), key=lambda pair: _left(pair[1]))
+
+
+def _left(far: HowFar) -> float:
+    """What the causes leave; without end where the simulation with them broke down."""
+    return math.inf if math.isnan(far.after) else far.after
 
 
 def _changed(comparison: GapEvidence, selection: Selection) -> Iterator[Selection]:

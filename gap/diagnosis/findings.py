@@ -22,6 +22,8 @@ from gap.residuals.vibration import ChannelVibration
 from gap.rounding import percent_words, value_words
 
 JOINTS_SHOWN = 3  # of a cause at every joint, in a sentence
+DATA_FIRST = "Fix the data first"
+NO_BETTER = "does not improve the prediction of held-out runs"
 
 
 class Verdict(Enum):
@@ -121,7 +123,13 @@ class NamedCause:
 
 
 def _names(causes: Sequence[NamedCause]) -> str:
-    return " and ".join(one.words for one in causes)
+    *most, last = [one.words for one in causes] or [""]
+    return f"{', '.join(most)} and {last}" if most else last
+
+
+def improves(share: float) -> bool:
+    """Whether a share of the gap is one that can be named: it is known, and not 0 % or less."""
+    return share >= 0.005
 
 
 def _sizes(values: Sequence[Value]) -> str:
@@ -190,36 +198,73 @@ class Diagnosis:
     seed: int
 
     @property
+    def severe_channels(self) -> tuple[str, ...]:
+        """Channels with a severe fault of the data: until it is fixed, no answer can be trusted."""
+        severe = {f.channel for one in self.data_faults for f in one.faults if f.severe}
+        return tuple(sorted(severe))
+
+    @property
+    def headline(self) -> str:
+        """The verdict in capitals; or that the data come first."""
+        return DATA_FIRST.upper() if self.severe_channels else self.verdict.headline
+
+    @property
     def sentence(self) -> str:
-        """The verdict in one sentence."""
+        """The verdict in one sentence; behind a warning where the data have a severe fault."""
+        if not self.severe_channels:
+            return self._answer
+        first, answer = ", ".join(self.severe_channels), self._answer
+        return (
+            f"{DATA_FIRST} ({first}): what follows cannot be trusted. With the data as they are: "
+            f"{answer[0].lower()}{answer[1:]}"
+        )
+
+    @property
+    def _answer(self) -> str:
         if self.verdict is Verdict.NO_GAP:
             known = self.floor_source == "references"
             above = "what the references show" if known else "noise and repeatability"
             return f"No gap above {above}."
-        shrunk, far = "", self.far
-        if np.isfinite(far.shrink):
-            added = "it" if len(self.causes) == 1 else "them"
-            shrunk = f"; adding {added} explains {percent_words(far.shrink)} of the gap"
-            within = f"{percent_words(far.low)}, {percent_words(far.high)}"
-            shrunk += f" [{within}] on {self.held_out}"
         if self.verdict is Verdict.EXPLAINED:
-            return (
-                f"The simulator lacks {_names(self.sure)}{shrunk}.{self._perhaps}{self._new_ground}"
-            )
-        names = _names(self.causes)
+            return f"{self._lacks(self.sure)}.{self._perhaps}{self._new_ground}"
         if self.verdict is Verdict.AMBIGUOUS:
             return (
-                f"The simulator lacks {names}{shrunk}. These runs cannot distinguish "
-                f"{self._open_words}.{self._new_ground}"
+                f"{self._lacks(self.causes)}. These runs cannot distinguish {self._open_words}."
+                f"{self._new_ground}"
             )
         place = f" in the stage {self.where.stage}" if self.where.stage else ""
         if not self.causes:
             nothing = "and no effect of the catalogue reduces it"
             return f"There is a gap{place}, {nothing}.{self._new_ground}"
-        return (
-            f"There is a gap{place} that the catalogue does not explain; {names} comes closest"
-            f" and explains {percent_words(self.fit.closed)} of it in the fitted runs.{self._new_ground}"
+        one, share = len(self.causes) == 1, percent_words(self.fit.closed)
+        comes, explains = ("comes", "explains") if one else ("come", "explain")
+        much = (
+            f"{explains} {share} of it" if improves(self.fit.closed) else f"{explains} none of it"
         )
+        return (
+            f"There is a gap{place} that the catalogue does not explain; {_names(self.causes)} {comes} "
+            f"closest and {much} in the fitted runs.{self._new_ground}"
+        )
+
+    def _lacks(self, listed: Sequence[NamedCause]) -> str:
+        """What the simulator lacks, and how much of the gap is explained with it."""
+        names = _names(listed)
+        if self.severe_channels:
+            lacks = f"{names} {'fits' if len(listed) == 1 else 'fit'} best"
+        else:
+            lacks = f"The simulator lacks {names}"
+        far = self.far
+        if not np.isfinite(far.shrink):
+            return lacks
+        if len(listed) < len(self.causes):
+            added = "adding all named causes"
+        else:
+            added = "adding it" if len(listed) == 1 else "adding them"
+        if not improves(far.shrink):
+            return f"{lacks}; {added} {NO_BETTER}"
+        within = f"{percent_words(far.low)}, {percent_words(far.high)}"
+        share = f"explains {percent_words(far.shrink)} of the gap [{within}]"
+        return f"{lacks}; {added} {share} on {self.held_out}"
 
     @property
     def _new_ground(self) -> str:
@@ -247,11 +292,13 @@ class Diagnosis:
         """What an ``explained`` has besides, that explains next to nothing and may be something else."""
         if not self.in_doubt:
             return ""
-        share = percent_words(sum(one.shrink for one in self.in_doubt))
-        return (
-            f" Of this, {share} may be {_names(self.in_doubt)}: these runs cannot distinguish "
-            f"{self._open_words}."
-        )
+        share, names = sum(one.shrink for one in self.in_doubt), _names(self.in_doubt)
+        one = len(self.in_doubt) == 1
+        cannot = f"these runs cannot distinguish {self._open_words}."
+        if improves(share):
+            return f" Of this, {percent_words(share)} may be {names}: {cannot}"
+        better = NO_BETTER if one else NO_BETTER.replace("does", "do")
+        return f" {names} {'is' if one else 'are'} named too, but {better}: {cannot}"
 
     @property
     def _open_words(self) -> str:

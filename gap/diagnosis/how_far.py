@@ -15,6 +15,8 @@ from scipy import special
 from gap.constants import HELD_OUT_WORSE
 from gap.interfaces import Cause, Channel
 from gap.residuals.evidence import Evidence
+from gap.residuals.parts import TrialPart
+from gap.residuals.whitening import Whitener
 from model.values.arrays import BoolArray, FloatArray
 
 DRAWS = 400
@@ -23,6 +25,9 @@ TRACE_POINTS = 400
 FEWEST_RUNS = 3  # from which an interval is over runs
 MOST_SWITCHED = 4  # causes, up to which every set of them is predicted
 FEWEST_BLOCKS = 4  # from which a difference between two sets of causes has a scatter
+BROKEN = (
+    1e9  # baselines off, from which a simulation has broken down: how far off it is, is no figure
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,13 +84,15 @@ class HowFar:
     Attributes:
         before: RMS over all channels in units of the baseline.
         after: The same with the causes added.
-        shrink: Share of the gap's energy above the floor that is closed; NaN if there is no gap to close.
+        shrink: Share of the gap's energy above the floor that is closed; NaN if there is no gap, or if
+            the simulation with the causes broke down; then ``after`` is NaN, too.
         low: Lower end of its 95 % interval.
         runs: How many runs were held out.
         explainable: Share of the energy before that is above the floor.
         alone: What each cause closes by itself.
         last: What each cause adds to the others.
-        worse: Whether the others predict held-out runs clearly better without it.
+        worse: Whether the others predict held-out runs clearly better without it, or the simulation broke
+            down with it.
         channels: Every channel that was compared.
         traces: The channels that changed most.
         sets: Sets of causes that were predicted, each as its causes' numbers in order; none and all among
@@ -128,6 +135,10 @@ def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
     closed = [_shrunk(before, energy[i,], weight) for i in whole]
     last = [_shrunk(before, after, weight) - _shrunk(before, one, weight) for one in rest]
     mean = _mean(before, weight)
+    broken = {one: bool(np.isnan(e).any()) for one, e in energy.items()}
+    breaks = [
+        broken[whole] and (broken[i,] or not broken[whole[:i] + whole[i + 1 :]]) for i in whole
+    ]
     return HowFar(
         before=float(np.sqrt(mean)),
         after=float(np.sqrt(_mean(after, weight))),
@@ -138,7 +149,7 @@ def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
         explainable=max(0.0, 1.0 - 1.0 / mean) if mean > 0 else 0.0,
         alone=tuple(closed),
         last=tuple(last),
-        worse=tuple(_clearly_more(after - one, weight) for one in rest),
+        worse=tuple(breaks[i] or _clearly_more(after - rest[i], weight) for i in whole),
         channels=_channels(held, before, after, weight, seed),
         traces=_traces(held, predicted, sets, _most_changed(before, after, rest)),
         sets=sets,
@@ -155,12 +166,25 @@ def sets_of(count: int) -> tuple[tuple[int, ...], ...]:
 
 
 def _energy(held: Evidence, predicted: Sequence[FloatArray]) -> FloatArray:
-    """Squared difference in units of the baseline, summed over each block, (B, C)."""
+    """Squared difference in units of the baseline, summed over each block, (B, C); NaN if broken."""
     rows = []
     for part, whitener, one in zip(held.parts, held.whiteners, predicted, strict=True):
-        error = (part.observation.values - one - whitener.expected) / whitener.unsure
-        rows.append(np.where(whitener.gain > 0, np.nan_to_num(error), 0.0) ** 2)
+        error = _off(part, whitener, one)
+        rows.append(
+            np.where(whitener.gain > 0, np.where(_is_broken(error), np.nan, error), 0.0) ** 2
+        )
     return held.per_block(np.concatenate(rows))
+
+
+def _off(part: TrialPart, whitener: Whitener, predicted: FloatArray) -> FloatArray:
+    """Difference in units of the baseline, (F, C); 0 where there is no prediction."""
+    with np.errstate(over="ignore"):  # a broken simulation may return any number
+        error = (part.observation.values - predicted - whitener.expected) / whitener.unsure
+    return np.asarray(np.nan_to_num(error, nan=0.0, posinf=np.inf, neginf=-np.inf))
+
+
+def _is_broken(error: FloatArray) -> BoolArray:
+    return np.asarray(np.abs(error) > BROKEN)
 
 
 def _mean(energy: FloatArray, weight: FloatArray) -> float:
@@ -188,9 +212,9 @@ def _shrink(
         pick = rng.integers(blocks, size=blocks)
         gaps.append(_mean(before[pick], weight[pick]) - min(1.0, _mean(after[pick], weight[pick])))
         draws.append(_shrunk(before[pick], after[pick], weight[pick]))
-    if np.quantile(gaps, 0.025) <= 0.0:
-        return np.nan, np.nan, np.nan
     value, runs = _shrunk(before, after, weight), len(held.parts)
+    if np.quantile(gaps, 0.025) <= 0.0 or np.isnan(value):
+        return np.nan, np.nan, np.nan
     if runs < FEWEST_RUNS:
         low, high = np.quantile(draws, [0.025, 0.975])
         return value, float(low), float(high)
@@ -258,15 +282,18 @@ def _most_changed(before: FloatArray, after: FloatArray, rest: Sequence[FloatArr
     Energies without causes, with all, and with all but each, (B, C). Where none changed, the channels that
     differ most.
     """
-    change = np.abs(before.sum(axis=0) - after.sum(axis=0))
+    change = _sizes(before - after)
     changed = bool(change.any())
-    order: list[int] = np.argsort(
-        -(change if changed else before.sum(axis=0)), kind="stable"
-    ).tolist()
+    order: list[int] = np.argsort(-(change if changed else _sizes(before)), kind="stable").tolist()
     if not changed:
         return order[:TRACES]
-    own = [int(np.argmax(np.abs((one - after).sum(axis=0)))) for one in rest]
+    own = [int(np.argmax(_sizes(one - after))) for one in rest]
     return list(dict.fromkeys([order[0], *own, *order]))[: max(TRACES, 1 + len(rest))]
+
+
+def _sizes(energy: FloatArray) -> FloatArray:
+    """Size of each channel's energy, (B, C) to (C,); 0 where it is not known."""
+    return np.asarray(np.abs(np.nan_to_num(energy.sum(axis=0))))
 
 
 def _traces(
@@ -279,7 +306,9 @@ def _traces(
     channels = held.simulator.channels
     part, whitener = held.parts[0], held.whiteners[0]
     rows = slice(None, None, max(1, part.frames // TRACE_POINTS))
-    each = np.stack([one[0][rows] for one in predicted])
+    each = np.stack([
+        np.where(_is_broken(_off(part, whitener, one[0])), np.nan, one[0])[rows] for one in predicted
+    ])  # fmt: skip
     whole = max(range(len(sets)), key=lambda number: len(sets[number]))
     return tuple(
         Trace(

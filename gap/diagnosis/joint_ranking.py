@@ -17,7 +17,8 @@ class JointGap:
         share: Its energy above expectation over that of all joints, fed what was measured, 0 to 1. Where no
             references say what is expected, a part of each joint's own misfit is, and all joints would have
             equal shares: then its squares in ``channel`` over those of all joints that show a gap.
-        channel: The channel in which the joints differ most, the same for all.
+        channel: The channel in which the joints differ most; for one that has no such channel (a leg, whose
+            forces are measured and not its angle) that of its own in which it differs most.
         rms: Measured minus predicted of that channel end to end, in its unit; NaN if not compared.
     """
 
@@ -54,10 +55,12 @@ def rank_joints(local: Evidence, end_to_end: Evidence, above: FloatArray) -> tup
     ranked = []
     for joint in joints:
         own = sum(float(a) for a, c in zip(above, channels, strict=True) if c.joint == joint)
-        at = [i for i, c in enumerate(channels) if (c.joint, c.name) == (joint, shown)]
-        size, unit = (float(raw[at[0]]), channels[at[0]].unit) if at else (np.nan, "")
-        ranked.append(JointGap(joint, own / total, shown, size, unit))
-    if local.floor.source != "references" and all(np.isfinite(one.rms) for one in ranked):
+        theirs = [i for i, c in enumerate(channels) if c.joint == joint]
+        at = max(theirs, key=lambda i: (channels[i].name == shown, np.isfinite(raw[i]), above[i]))
+        c = channels[at]
+        ranked.append(JointGap(joint, own / total, c.name, float(raw[at]), c.unit))
+    same = all(np.isfinite(one.rms) and one.channel == shown for one in ranked)
+    if local.floor.source != "references" and same:
         squares = [one.rms**2 if one.share > 0.0 else 0.0 for one in ranked]
         total = max(sum(squares), 1e-300)
         ranked = [replace(one, share=s / total) for one, s in zip(ranked, squares, strict=True)]

@@ -7,7 +7,7 @@ import numpy as np
 from gap.constants import CLEAR_EXCESS, IN_DOUBT_SHARE, NONE_LIKELY
 from gap.diagnosis.ambiguity import OpenRival
 from gap.diagnosis.detection import Detection
-from gap.diagnosis.findings import NamedCause, TrialFaults, Value, Verdict
+from gap.diagnosis.findings import NamedCause, Value, Verdict
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.study import FEWEST_REFERENCES, Study
 from gap.diagnosis.trend import Trend
@@ -18,6 +18,7 @@ from gap.search.standard_errors import standard_errors
 from model.values.arrays import FloatArray
 
 FEW_BLOCKS = 6
+MOST_PART = 1.1  # of the gap, that one cause of several may close while others open a little of it
 
 
 def gap_exists(evidence: Evidence, detection: Detection | None, selection: Selection) -> bool:
@@ -99,12 +100,18 @@ def named_causes(
 
 
 def _parts(far: HowFar, count: int) -> list[float]:
-    """Each cause's part of what all close: the mean of first and last in, made to add up."""
-    if not np.isfinite(far.shrink):
+    """Each cause's part of what all close: the mean of first and last in, made to add up.
+
+    All NaN where causes undo so much of each other that one would close more than the whole gap.
+    """
+    raw = np.array([0.5 * (a + b) for a, b in zip(far.alone, far.last, strict=True)])
+    total = float(raw.sum())
+    if not np.isfinite(far.shrink) or not total > 0.0:  # nor NaN
         return [np.nan] * count
-    raw = [0.5 * (a + b) for a, b in zip(far.alone, far.last, strict=True)]
-    total = sum(raw)
-    return [r * far.shrink / total if total > 0 else np.nan for r in raw]
+    parts = raw * far.shrink / total
+    if np.abs(parts).max() > MOST_PART:
+        return [np.nan] * count
+    return [float(part) for part in np.fmin(parts, 1.0)]
 
 
 def fitted_values(effect: Effect, cause: Cause, errors: FloatArray) -> tuple[Value, ...]:
@@ -121,7 +128,6 @@ def fitted_values(effect: Effect, cause: Cause, errors: FloatArray) -> tuple[Val
 
 def warnings_of(
     study: Study,
-    faults: Sequence[TrialFaults],
     blocks: int,
     named: Sequence[NamedCause],
     far: HowFar,
@@ -129,9 +135,6 @@ def warnings_of(
 ) -> Iterator[str]:
     """Return what limits the diagnosis, one sentence each; ``blocks`` is how many there are to fit to."""
     references, fitted = len(study.references), {part.trial for part in study.fitted}
-    severe = sorted({f.channel for one in faults for f in one.faults if f.severe})
-    if severe:
-        yield f"fix the data first ({', '.join(severe)}): what follows cannot be trusted"
     if not references:
         yield "without reference runs, permanent simulator errors cannot be separated from new faults"
     elif references < FEWEST_REFERENCES:

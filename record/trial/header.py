@@ -176,6 +176,11 @@ def _chain_of(robot: Mapping[str, Any]) -> Mapping[str, Any]:
     return chain if isinstance(chain, Mapping) and isinstance(chain.get("joints"), list) else {}
 
 
+def without_legs(columns: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the columns that are of no leg: those that name the joints of a machine that is not legged."""
+    return tuple(name for name in columns if not _LEG_OF_COLUMN.fullmatch(name))
+
+
 def legs_named(columns: tuple[str, ...]) -> tuple[str, ...]:
     """Return the legs that columns name, of a machine whose file names none."""
     matches = (_LEG_OF_COLUMN.fullmatch(name) for name in columns)

@@ -24,6 +24,7 @@ from record.trial.header import (
     kind_of,
     legs_named,
     legs_of,
+    without_legs,
 )
 from record.whole_file import write_text
 
@@ -100,8 +101,9 @@ def parse_header(
         machine = read_machine(path.parent / robot_file) if robot_file else ""
     robot = machine_tables(machine, path.parent / robot_file)
     kind = kind_of(robot, path.parent / robot_file)
+    of_joints = columns if kind == LEGGED else without_legs(columns)
     # in older files ``legs`` alone names the joints
-    joints = given.get("joints", given.get("legs", joints_of(robot, columns)))
+    joints = given.get("joints", given.get("legs", joints_of(robot, of_joints)))
     legs = given["legs"] if len(given) == 2 else legs_of(robot)
     return TrialHeader(
         kind=kind,

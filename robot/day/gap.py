@@ -40,7 +40,7 @@ class DayGap:
     @property
     def verdict(self) -> str:
         """In capitals; empty where there is no diagnosis."""
-        return "" if self.diagnosis is None else self.diagnosis.verdict.headline
+        return "" if self.diagnosis is None else self.diagnosis.headline
 
     def page(self) -> str:
         """Return the page of the diagnosis."""

@@ -16,6 +16,7 @@ from record.trial.trial import Trial, build_trial
 from robot.config.robot_file import parse_robot
 from robot.gap_report.trials import simulator_for
 
+FEET, FORCES = "feet (markers)", "forces"
 NO_ROBOT = 'no robot file; add robot = "FILE.toml" to [trial] in the map or beside the table'
 
 
@@ -104,7 +105,18 @@ def _diagnosis(trial: Trial) -> Ability:
         f"{len(coverage.visible)} of {total} effects visible, in {_groups(coverage, measured=True)}"
     )
     missing = _groups(coverage, measured=False)
-    return Ability("diagnosis", True, words + (f"; not measured: {missing}" if missing else ""))
+    if missing:
+        words += f"; not measured: {missing}"
+    if kept := ", ".join(_not_compared(trial, coverage)):
+        words += f"; kept, but not compared, as the simulator does not predict them: {kept}"
+    return Ability("diagnosis", True, words)
+
+
+def _not_compared(trial: Trial, coverage: Coverage) -> list[str]:
+    """Kinds of channels of legs that were measured, and that the simulator has no channels for."""
+    predicted = {_kind(one.name) for one in (*coverage.measured, *coverage.missing)}
+    legs = ((FEET, trial.foot_m), (FORCES, trial.force_n))
+    return [kind for kind, one in legs if kind not in predicted and np.isfinite(one).any()]
 
 
 def _groups(coverage: Coverage, *, measured: bool) -> str:
@@ -118,7 +130,7 @@ def _groups(coverage: Coverage, *, measured: bool) -> str:
 
 
 def _kind(channel: str) -> str:
-    for start, kind in (("shaft", "shafts"), ("foot", "feet (markers)"), ("force", "forces")):
+    for start, kind in (("shaft", "shafts"), ("foot", FEET), ("force", FORCES)):
         if channel.startswith(start):
             return kind
     return "body" if channel.startswith(("body", "roll", "pitch")) else channel

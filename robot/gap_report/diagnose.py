@@ -91,7 +91,8 @@ def report_diagnosis(request: GapDiagnoseRequest) -> Diagnosis:
     result = {**diagnosis_result(diagnosis, paths, runs), "before_judging": blind_json(spots)}
     try:  # printed first, so that it is not lost if a file cannot be written
         if not to_stdout(request.json):
-            print("\n".join(summary_lines(diagnosis, paths, terminal_width())), flush=True)
+            lines = summary_lines(diagnosis, paths, terminal_width(), request.json)
+            print("\n".join(lines), flush=True)
     finally:  # written also if nobody reads what is printed, as with `| head`
         give_json(result, request.json)
     if request.html is not None:

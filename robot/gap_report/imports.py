@@ -284,17 +284,21 @@ def all_lines(reports: Sequence[TableReport]) -> list[str]:
         for table in tables
         for item in table.dropped[:SHOWN_ROWS]
     ]
-    odd: list[tuple[str, str, str, str]] = []
-    for one in reports:
-        odd += [(f.kind, f.column, _name_of(one.report), f.detail) for f in one.report.findings]
-        odd += [("fault", _fault(f), _name_of(one.report), f.evidence) for f in one.faults]
+    odd = [
+        (kind, column, number, words)
+        for number, one in enumerate(reports)
+        for kind, column, words in (
+            *((f.kind, f.column, f.detail) for f in one.report.findings),
+            *(("fault", _fault(f), f.evidence) for f in one.faults),
+        )
+    ]
     for kind, column in dict.fromkeys((kind, column) for kind, column, _, _ in odd):
-        own = [(where, words) for k, c, where, words in odd if (k, c) == (kind, column)]
-        everywhere = len(own) == len(reports)
-        where = f"in all {len(own)}" if everywhere else f"in {len(own)} of {len(reports)}"
+        own = [(number, words) for k, c, number, words in odd if (k, c) == (kind, column)]
+        count = len({number for number, _ in own})  # a table may have one kind several times
+        where = f"in all {count}" if count == len(reports) else f"in {count} of {len(reports)}"
         first, example = own[0]
         if len({words for _, words in own}) > 1:
-            example = f"{first}: {example}"
+            example = f"{_name_of(tables[first])}: {example}"
         rows.append((kind, f"{column} {where}: {example}".lstrip()))
     return [head, *(row_lines(rows) if rows else []), *_asked_of_all(reports)]
 
@@ -304,6 +308,8 @@ def _asked_of_all(reports: Sequence[TableReport]) -> list[str]:
     asked = [one.asked for one in reports if one.asked]
     counts = Counter(row for each in asked for row in ability_rows(each))
     rows = [(label, f"{words} ({n} of {len(asked)})") for (label, words), n in counts.items()]
+    if rows and len(asked) < len(reports):
+        rows.insert(0, ("uses", f"looked at in {len(asked)} of {len(reports)} tables only:"))
     return row_lines(rows) if rows else []
 
 

@@ -9,7 +9,7 @@ from gap.diagnosis.how_far import HowFar
 from model.errors import GapError
 from robot.console.exit_codes import ExitCode
 from robot.gap_report.answer import ReadDiagnosis
-from robot.gap_report.words import changed_channels
+from robot.gap_report.words import changed_channels, rms_words
 
 MOST_CHANNELS = 8
 
@@ -43,8 +43,11 @@ def measured_lines(out: Path, diagnosis: ReadDiagnosis, far: HowFar | None) -> l
     if far is None:
         return [*lines, "not measured again: the runs of the diagnosis were moved or deleted"]
     lines += ["", f"measured again through {out.name}, on the held-out runs of the diagnosis:"]
-    lines.append(f"  RMS over all channels {far.before:.3g} -> {far.after:.3g} of the baseline")
-    if math.isnan(far.shrink):
+    change = f"{rms_words(far.before)} -> {rms_words(far.after)}"
+    lines.append(f"  RMS over all channels {change} of the baseline")
+    if math.isnan(far.after):
+        lines.append("  the simulation with this file breaks down")
+    elif math.isnan(far.shrink):
         lines.append("  on these runs the gap is too small to measure how much is explained")
     else:
         was = "" if math.isnan(diagnosis.shrink) else f" (diagnosis: {diagnosis.shrink:.0%})"

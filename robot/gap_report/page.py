@@ -16,9 +16,9 @@ from gap.interfaces import place_words
 from gap.rounding import percent_words, value_words
 from robot.gap_report.page_map import gap_maps, stage_bars, stage_rows
 from robot.gap_report.words import (
+    AGAIN,
     BOUND,
     ENOUGH,
-    HEADLINES,
     LEGGED_SIMULATORS,
     NOT_LEGGED,
     common_pair,
@@ -30,8 +30,10 @@ from robot.gap_report.words import (
     judged_by_parts,
     likely_rivals,
     pair_words,
+    rms_words,
     size_words,
     stage_note,
+    verdict_words,
 )
 from robot.report.packed import packed_floats, script_json
 from robot.report.page import render
@@ -62,6 +64,7 @@ def diagnosis_page(
     runs = file_words(trials)
     healthy = f" Healthy runs: {file_words(references)}." if references else ""
     paths = (*trials, *references)
+    faults = fault_groups(d.data_faults, paths)
     channels = sorted(d.far.channels, key=lambda c: -(c.before - c.after) / max(c.floor, 1e-12))
     return render(
         "diagnosis.html",
@@ -69,14 +72,19 @@ def diagnosis_page(
         title=f"{headline(d)} | {machine} | {runs}",
         subject=f"{machine}. Diagnosed {day.isoformat()}. Runs: {runs}.{healthy}",
         unseen=[line.strip() for line in unseen],
-        verdict=HEADLINES[d.verdict],
+        verdict=verdict_words(d),
+        mood="unexplained" if d.severe_channels else d.verdict.value,
         gap=d.verdict is not Verdict.NO_GAP,
         numbers=_facts(d),
-        faults=[
-            (one.kind + " (severe)" * one.severe, one.channel, one.where, one.evidence)
-            for one in fault_groups(d.data_faults, paths)
+        severe=[
+            (one.kind, one.channel, one.where, one.evidence, f"{one.remedy}, {AGAIN}")
+            for one in faults
+            if one.severe
         ],
-        cards=[_card(one) for one in d.causes],
+        faults=[
+            (one.kind, one.channel, one.where, one.evidence) for one in faults if not one.severe
+        ],
+        cards=[_card(one, trusted=not d.severe_channels) for one in d.causes],
         rivals=[
             (place_words(*one.of), place_words(one.effect, one.joints), f"{one.probability:.2f}")
             for one in likely_rivals(d)[:MOST_RIVALS]
@@ -108,7 +116,7 @@ def diagnosis_page(
         channels=[
             (
                 f"{c.channel} {c.joint}".strip(),
-                *(f"{value:.3g}" for value in (c.before, c.after, c.floor)),
+                *(rms_words(value) for value in (c.before, c.after, c.floor)),
                 c.unit,
             )
             for c in channels
@@ -129,13 +137,13 @@ def _facts(d: Diagnosis) -> list[tuple[str, str]]:
     """The few numbers at the top, each with what it is a number of."""
     far, facts = d.far, []
     if d.verdict is not Verdict.NO_GAP:
-        if not math.isnan(far.shrink):
+        if not math.isnan(far.shrink) and d.causes:
             low, high = percent_words(far.low), percent_words(far.high)
             about = f"of its energy above the baseline, on {d.held_out} ({d.interval_words})"
             facts.append(
                 (percent_words(far.shrink), f"of the gap explained [{low}, {high}]: {about}")
             )
-        change = f"{far.before:.2f} → {far.after:.2f}"
+        change = f"{rms_words(far.before, '.2f')} → {rms_words(far.after, '.2f')}"
         facts.append((change, "RMS difference; 1 is the baseline, without a gap"))
         facts.append((percent_words(d.none), "probability that the cause is not in the catalogue"))
     count = len(d.fitted_trials)
@@ -148,8 +156,8 @@ def _facts(d: Diagnosis) -> list[tuple[str, str]]:
     return facts
 
 
-def _card(one: NamedCause) -> dict[str, object]:
-    """A cause: its numbers, what is done about it, and what speaks for it."""
+def _card(one: NamedCause, *, trusted: bool) -> dict[str, object]:
+    """A cause: its numbers, what is done about it if the data can be trusted, and what speaks for it."""
     head, rows = joint_sizes(one)
     numbers = [
         (value_words(v.value, v.error, v.unit), v.name + BOUND * v.on_bound) for v in one.values
@@ -160,14 +168,23 @@ def _card(one: NamedCause) -> dict[str, object]:
         "numbers": () if rows else numbers,
         "joints": (head, rows),
         "physics": one.physics,
-        "remedy": one.remedy,
+        "remedy": one.remedy if trusted else "",
         "evidence": (
-            f"Stage {one.stage}. Explains {percent_words(one.shrink)} of the gap (alone "
-            f"{percent_words(one.alone)}, added last {percent_words(one.last)}; energy above the "
-            f"baseline); predicts held-out blocks better by {one.nats:.0f} ± {one.nats_error:.0f} nats."
+            f"Stage {one.stage}. {_explains(one)}Predicts held-out blocks better by {one.nats:.0f} ± "
+            f"{one.nats_error:.0f} nats."
             + (f" {one.vibration.words.capitalize()}." if one.vibration else "")
         ),
     }
+
+
+def _explains(one: NamedCause) -> str:
+    """How much of the gap it explains; empty where that is not known."""
+    if math.isnan(one.shrink):
+        return ""
+    return (
+        f"Explains {percent_words(one.shrink)} of the gap (alone {percent_words(one.alone)}, added last "
+        f"{percent_words(one.last)}; energy above the baseline). "
+    )
 
 
 def _next(d: Diagnosis) -> dict[str, object]:
@@ -212,7 +229,7 @@ def _switches(d: Diagnosis) -> str:
     content = {
         "causes": [place_words(one.effect, one.joints) for one in d.causes],
         "sets": d.far.sets,
-        "rms": d.far.rms,
+        "rms": [None if math.isnan(one) else one for one in d.far.rms],
         "curve": AFTER_NAME,
         "curves": [packed_floats(_in_unit(t)[0] * t.each) for t in shown_traces(d)],
     }

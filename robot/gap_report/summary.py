@@ -1,15 +1,18 @@
 """A diagnosis as lines for a terminal: the answer first, then what it rests on."""
 
 import math
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
-from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict
+from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict, improves
 from gap.interfaces import place_words
 from gap.rounding import percent_words
+from robot.console.json_output import to_stdout
 from robot.console.screen_fit import WIDTH, wrapped
 from robot.console.table import Column, table_lines
 from robot.gap_report.words import (
+    AGAIN,
     LEGGED_SIMULATORS,
     NOT_LEGGED,
     changed_channels,
@@ -19,8 +22,10 @@ from robot.gap_report.words import (
     held_out_words,
     joint_sizes,
     pair_words,
+    rms_words,
     size_words,
     stage_note,
+    whole_words,
 )
 
 BAR = 20
@@ -29,15 +34,19 @@ MOST_CHANNELS = 6
 MOST_SIZES = 12
 MOST_NEXT = 3
 MOST_JOINTS = 12
+TO_APPLY = "to apply: write the diagnosis with --json d.json, then: bigant gap apply d.json"
 
 
-def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> list[str]:
+def summary_lines(
+    d: Diagnosis, paths: Sequence[Path], width: int = WIDTH, json: Path | None = None
+) -> list[str]:
     """Return the lines, none longer than ``width`` but command lines, which are there to be copied.
 
-    The paths are those of the trials and the references, in their order.
+    The paths are those of the trials and the references, in their order; ``json`` is the file of the
+    diagnosis, None if it is not written.
     """
-    lines = [d.verdict.headline, d.sentence]
-    lines += [*_to_do(d), "", *_faults(d, paths)]
+    severe, faults = _faults(d, paths)
+    lines = [d.headline, *severe, d.sentence, *_to_do(d, json), "", *faults]
     if d.verdict is not Verdict.NO_GAP:
         lines += [*_where(d, width), "", *_causes(d), "", *_how_far(d)]
     else:
@@ -55,9 +64,9 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> li
     return [piece for line in spaced for piece in wrapped(line, width)]
 
 
-def _to_do(d: Diagnosis) -> list[str]:
-    """What a person does now, before any figures."""
-    if d.verdict is Verdict.NO_GAP:
+def _to_do(d: Diagnosis, json: Path | None) -> list[str]:
+    """What a person does now, before any figures; nothing about causes that cannot be trusted."""
+    if d.verdict is Verdict.NO_GAP or d.severe_channels:
         return []
     legged, lines = d.simulator in LEGGED_SIMULATORS, []
     causes = d.sure if d.verdict is Verdict.EXPLAINED else d.causes
@@ -68,20 +77,37 @@ def _to_do(d: Diagnosis) -> list[str]:
         run = "bigant gap next" if legged else NOT_LEGGED
         lines.append(f"run that settles it: {run}")
     if legged and d.causes and d.verdict is not Verdict.UNEXPLAINED:
-        lines.append(
-            "to apply: write the diagnosis with --json d.json, then: bigant gap apply d.json"
+        written = json is not None and not to_stdout(json)
+        lines += (
+            ["to apply:", f"  bigant gap apply {shlex.quote(str(json))}"] if written else [TO_APPLY]
         )
     return lines
 
 
-def _faults(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
+def _faults(d: Diagnosis, paths: Sequence[Path]) -> tuple[list[str], list[str]]:
+    """Severe faults of the data with what to do about them, and the others."""
+    groups = fault_groups(d.data_faults, paths)
+    severe = [one for one in groups if one.severe]
+    first: list[str] = []
+    for number, one in enumerate(severe[:MOST_CHANNELS], 1):
+        first.append(f"  {number}. {one.kind} {one.channel} in {one.where}: {one.evidence}")
+        first.append(f"     what to do: {one.remedy}, {AGAIN}")
+    first += _more(len(severe))
     rows = [
-        f"  {'severe ' if one.severe else ''}{one.kind} {one.channel} in {one.where}: {one.evidence}"
-        for one in fault_groups(d.data_faults, paths)
+        f"  {one.kind} {one.channel} in {one.where}: {one.evidence}"
+        for one in groups
+        if not one.severe
     ]
-    if len(rows) > MOST_CHANNELS:
-        rows = [*rows[:MOST_CHANNELS], f"  and {len(rows) - MOST_CHANNELS} more, in --json"]
-    return ["data faults:", *rows, ""] if rows else []
+    others = [*rows[:MOST_CHANNELS], *_more(len(rows))]
+    return (
+        ["severe faults of the data:", *first, ""] if first else [],
+        [f"{'other ' if first else ''}data faults:", *others, ""] if others else [],
+    )
+
+
+def _more(count: int) -> list[str]:
+    """How many faults are not shown, as a line if there are any."""
+    return [f"  and {count - MOST_CHANNELS} more, in --json"] if count > MOST_CHANNELS else []
 
 
 def _where(d: Diagnosis, width: int) -> list[str]:
@@ -103,12 +129,7 @@ def _where(d: Diagnosis, width: int) -> list[str]:
     ]
     lines = ["where (energy over its expected value; 1 is no gap):"]
     lines += table_lines(columns, rows, "  ")
-    if len(d.where.joints) > 1:
-        shown = [
-            f"{one.joint} {percent_words(one.share)} ({one.rms:.3g} {one.unit})"
-            for one in d.where.joints
-        ]
-        lines.append(f"  joints, by {d.where.joints[0].channel}: {few(shown, MOST_JOINTS)}")
+    lines += _joints(d)
     for cell in d.where.cells[:3]:
         phase = f" at phase {cell.phase:.2f}" if not math.isnan(cell.phase) else ""
         place = f" {cell.joint}" if cell.joint else ""
@@ -118,6 +139,18 @@ def _where(d: Diagnosis, width: int) -> list[str]:
     if stage_note(d):
         lines.append(f"  {stage_note(d)}")
     return lines
+
+
+def _joints(d: Diagnosis) -> list[str]:
+    """Each joint's part of the gap: those that are measured in one channel together."""
+    if len(d.where.joints) < 2:
+        return []
+    groups: dict[str, list[str]] = {}
+    for one in d.where.joints:
+        size = "" if math.isnan(one.rms) else f" ({one.rms:.3g} {one.unit})"
+        groups.setdefault(one.channel, []).append(f"{one.joint} {percent_words(one.share)}{size}")
+    head = "joints, by" if len(groups) == 1 else "by"
+    return [f"  {head} {name}: {few(shown, MOST_JOINTS)}" for name, shown in groups.items()]
 
 
 def _causes(d: Diagnosis) -> list[str]:
@@ -147,14 +180,27 @@ def _share(one: NamedCause) -> str:
 
 def _how_far(d: Diagnosis) -> list[str]:
     far = d.far
+    if not d.causes:
+        return [
+            f"how far: no cause is named, so nothing is explained; RMS over all channels "
+            f"{rms_words(far.before)} of its baseline on {d.held_out}"
+        ]
+    change = f"RMS {rms_words(far.before)} -> {rms_words(far.after)} of its baseline"
+    if math.isnan(far.after):
+        return [
+            f"how far: not known, as the simulation with {whole_words(d)} breaks down on {d.held_out}"
+        ]
     if math.isnan(far.shrink):
-        return [f"how far: on {d.held_out} the gap is too small to measure how much is explained"]
+        return [
+            f"how far: on {d.held_out} the gap is too small to measure how much is explained; {change}"
+        ]
     low, high = percent_words(far.low), percent_words(far.high)
-    lines = [
-        f"how far: {percent_words(far.shrink)} [{low}, {high}] of the gap, as energy above the baseline, "
-        f"is explained on {d.held_out}; RMS {far.before:.3g} -> {far.after:.3g} of its baseline",
-        f"  {d.interval_words}",
-    ]
+    share = f"{percent_words(far.shrink)} [{low}, {high}]"
+    if improves(far.shrink):
+        what = f"{share} of the gap, as energy above the baseline, is explained on {d.held_out}"
+    else:
+        what = f"{d.held_out} is predicted no better with {whole_words(d)} ({share} of the gap, as energy)"
+    lines = [f"how far: {what}; {change}", f"  {d.interval_words}"]
     lines += changed_channels(far, MOST_CHANNELS)
     if d.remaining.stage:
         lines.append(f"  the residual is in the stage {d.remaining.stage}")
@@ -173,7 +219,7 @@ def _sizes(d: Diagnosis) -> list[str]:
 
 
 def _next(d: Diagnosis) -> list[str]:
-    if not d.next:
+    if not d.next or d.severe_channels:  # no run settles what data with a fault leave open
         return []
     shown = d.next[:MOST_NEXT]
     pair = common_pair(shown)

@@ -3,10 +3,11 @@
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 from gap.diagnosis.detectable import Detectable
-from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
+from gap.diagnosis.findings import DATA_FIRST, Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.probability import RivalCause
 from gap.experiments.next_run import NextRun
@@ -39,11 +40,31 @@ CHANNELS = (
     Column("", ".3g"),
 )  # fmt: skip
 BOUND = " (on its bound)"
+AGAIN = "then import these runs and diagnose again"
+DATA_REMEDIES = MappingProxyType({
+    "unit": "give its unit in the column map of the import",
+    "sign": "give it sign = -1 in the column map of the import",
+    "swapped": "exchange the columns in the column map of the import (or the cables on the machine)",
+    "wrap": "unwrap the angle before the import",
+    "magnitude_only": "record it with its sign",
+    "frozen": "check the sensor and its cable; leave out the runs in which it stands still",
+    "gap": "record again without lost samples",
+    "spikes": "check the sensor's cable; remove the lone samples",
+    "clock_offset": "align the clocks of what was recorded apart",
+    "saturated": "record again with a larger range of the sensor",
+})  # fmt: skip
 ENOUGH = f"{ENOUGH_SEPARATION:.0f}"
 
 
+def verdict_words(d: Diagnosis) -> str:
+    """The verdict in few words; or that the data come first."""
+    return DATA_FIRST if d.severe_channels else HEADLINES[d.verdict]
+
+
 def headline(d: Diagnosis) -> str:
-    """Verdict and causes in few words."""
+    """Verdict and causes in few words; no cause where the data cannot be trusted."""
+    if d.severe_channels:
+        return f"{DATA_FIRST}: {few(d.severe_channels, SHOWN_CAUSES)}"
     causes = d.sure if d.verdict is Verdict.EXPLAINED else d.causes
     places = [place_words(one.effect, one.joints) for one in causes]
     names = few(places, SHOWN_CAUSES, " and ")
@@ -87,12 +108,22 @@ def size_words(one: Detectable) -> str:
     if not math.isfinite(one.size) or not one.size > 0.0:
         return "these runs cannot show it"
     if not one.values:
-        return f"not within its range ({one.lower:.3g} to {one.upper:.3g}{unit})"
+        return f"not detectable within its bounds ({one.lower:.3g} to {one.upper:.3g}{unit})"
     if one.neutral == 0.0:
         sign = "+-" if len(one.values) > 1 else "-" if one.values[0] < 0.0 else ""
         return f"{sign}{one.size:.3g}{unit}"
     decimals = max(0, 1 - math.floor(math.log10(one.size)))
     return " or ".join(fixed(value, decimals) for value in one.values) + unit
+
+
+def rms_words(value: float, form: str = ".3g") -> str:
+    """Write an RMS; in words where the simulation broke down."""
+    return "not known" if math.isnan(value) else f"{value:{form}}"
+
+
+def whole_words(d: Diagnosis) -> str:
+    """Name all causes together."""
+    return "the named cause" if len(d.causes) == 1 else "the named causes"
 
 
 def likely_rivals(d: Diagnosis) -> list[RivalCause]:
@@ -178,6 +209,11 @@ class FaultGroup(NamedTuple):
     def where(self) -> str:
         """Which files, in few words."""
         return few(self.files, 2)
+
+    @property
+    def remedy(self) -> str:
+        """What to do about it; empty for one that does not make an answer worthless."""
+        return DATA_REMEDIES.get(self.kind, "correct it in the data") if self.severe else ""
 
 
 def fault_groups(faults: Sequence[TrialFaults], paths: Sequence[Path]) -> tuple[FaultGroup, ...]:

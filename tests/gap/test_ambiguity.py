@@ -47,6 +47,7 @@ def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:
     [
         (3.2, 900.0, 1.0, "separation 3.2, 22 settles it"),
         (533.0, 3.0, 2.0, "lower by only 3 +- 2 nats"),
+        (533.0, -372.0, 41.0, "its held-out log-likelihood is higher by 370 +- 40 nats"),
         (533.0, 38.0, 2.0, "is 38 nats lower, less than 5% of what all causes leave unexplained"),
     ],
 )

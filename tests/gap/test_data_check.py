@@ -142,6 +142,14 @@ def test_a_fault_is_found_where_it_is(kind: str, channel: str, damage: Damage) -
     assert all(fault.evidence and fault.evidence[-1] != "." for fault in found)
 
 
+def test_one_lone_sample_is_no_plural() -> None:
+    def once(values: FloatArray) -> None:
+        values[200, ML, 1] += 100.0
+
+    (fault,) = simulator().check(changed(healthy(), "force_n", once))
+    assert fault.evidence.startswith("1 lone sample stands out by 99.8 (")
+
+
 @pytest.mark.parametrize("gait", ["tripod", "metachronal"])
 def test_healthy_trials_have_none(gait: str) -> None:
     for seed in (1, None):

@@ -114,8 +114,8 @@ def test_a_cause_that_held_out_runs_speak_against_is_no_gap_and_said() -> None:
     assert d.verdict is Verdict.NO_GAP
     study = make_study(trials, Toy(), known)
     shown = Detection(True, 0.02, 0.01, 0.6, 0.14, 6)
-    (said,) = set(warnings_of(study, (), 50, (), d.far, shown)) - set(
-        warnings_of(study, (), 50, (), d.far, d.detection)
+    (said,) = set(warnings_of(study, 50, (), d.far, shown)) - set(
+        warnings_of(study, 50, (), d.far, d.detection)
     )
     assert "held-out runs are predicted worse" in said
 
@@ -252,7 +252,9 @@ def test_data_faults_come_first() -> None:
     trials[0] = replace(trials[0], shaft_rad=trials[0].shaft_rad * 57.3 * 4)
     d = diagnose(trials, Toy())
     assert d.data_faults[0].faults[0].kind == "unit"
-    assert any("fix the data" in words for words in d.warnings)
+    assert d.headline == "FIX THE DATA FIRST"
+    assert d.sentence.startswith("Fix the data first (")
+    assert diagnosis_json(d)["warnings"][0].startswith("fix the data first (")
 
 
 def test_the_baselines_are_there_to_be_beaten() -> None:

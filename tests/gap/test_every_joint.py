@@ -6,12 +6,16 @@ import numpy as np
 import pytest
 
 from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.gap_evidence import compare
+from gap.diagnosis.joint_ranking import rank_joints
+from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Drive, Effect, Parameter, Scope
 from gap.machines.servo_bench.simulator import servo_bench
 from model.effects.causes import at_every_joint, joint_by_joint
 from record.trial.header import SERVO_BENCH, TrialHeader, TrialNoise
 from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, build_trial
+from tests.gap.toy import CHANNELS, Toy, toy_case, toy_references
 
 SIZES = {"hip": 0.05, "knee": 0.14, "ankle": 0.09}
 SERVO = """[joint.{}]
@@ -59,6 +63,28 @@ def test_friction_of_all_joints_is_one_cause_with_its_size_at_each() -> None:
     assert sum(one.share for one in ranked) == pytest.approx(1.0)
     assert [one.rms for one in ranked] == sorted((one.rms for one in ranked), reverse=True)
     assert ranked[0].share > 2.0 * ranked[-1].share, "not each its own misfit's part"
+
+
+class Legs(Toy):
+    """A toy whose forces are of legs, which have names of their own."""
+
+    channels = tuple(
+        replace(one, joint=f"leg {one.joint}") if one.name == "force" else one for one in CHANNELS
+    )
+
+
+def test_a_leg_is_ranked_by_a_channel_of_its_own() -> None:
+    trials = toy_case([Cause("offset", ("a",), (0.2,))], 3)
+    study = make_study(trials, Legs(), toy_references(3))
+    comparison = compare(study, lambda _: None)
+    above = np.array([9.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])  # angles, forces, speed
+    ranked = rank_joints(comparison.evidence, comparison.end_to_end, above)
+    assert {one.joint: (one.channel, one.unit) for one in ranked} == {
+        **dict.fromkeys("abc", ("angle", "rad")),
+        **{f"leg {joint}": ("force", "N") for joint in "abc"},
+    }
+    assert [one.share for one in ranked[:2]] == [0.9, 0.1]
+    assert all(np.isfinite(one.rms) for one in ranked), "no figure is printed as nan"
 
 
 def test_a_cause_of_every_joint_is_those_of_each() -> None:

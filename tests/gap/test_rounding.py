@@ -5,7 +5,7 @@ import math
 import pytest
 
 from gap.diagnosis.detectable import Detectable
-from gap.rounding import fixed, percent_words, value_words
+from gap.rounding import count_words, fixed, percent_words, value_words
 
 
 @pytest.mark.parametrize(
@@ -48,3 +48,7 @@ def test_a_size_is_at_values_within_the_range_of_its_parameter() -> None:
     assert at(0.25, 1.0, 0.1, 3.0) == (0.75, 1.25)
     assert at(0.25, 0.0, 0.0, 3.0) == (0.25,)
     assert at(21.1, 0.0, -1.5, 1.5) == ()
+
+
+def test_a_count_agrees_with_its_noun() -> None:
+    assert [count_words(n, "hole") for n in (0, 1, 2)] == ["0 holes", "1 hole", "2 holes"]

@@ -116,7 +116,8 @@ def test_the_gap_is_of_all_whole_runs_of_the_day_together(
 
     def diagnosed(read: Any, simulator: Any, request: Any, progress: Any) -> Any:
         asked.append((read, request))
-        return SimpleNamespace(verdict=Verdict.NO_GAP, sentence="No gap.")
+        words = {"headline": "NO GAP", "sentence": "No gap."}
+        return SimpleNamespace(verdict=Verdict.NO_GAP, **words)
 
     monkeypatch.setattr(day_gap, "diagnosis_of", diagnosed)
     monkeypatch.setattr(day_gap, "simulator_of", lambda read, request: None)

@@ -9,6 +9,7 @@ from gap.data.columns import Sign, faults_of, paired, slope, spread_of, standing
 from gap.data.held_shaft import MOST_PLAY_RAD, held_shaft
 from gap.data.time_lag import LATEST_S, SURE, lag
 from gap.interfaces import DataFault
+from gap.rounding import count_words
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 
@@ -173,4 +174,8 @@ def _spikes(values: FloatArray) -> Iterator[Sign]:
     # a reading that is 0 most of the time flickers
     count = int(np.sum(lone > max(SPIKE_SPREADS * spread, SPIKE_COUNTS * _count_of(known))))
     if count:
-        yield "spikes", f"{count} lone samples up to {lone.max():.3g} off their neighbours", False
+        yield (
+            "spikes",
+            f"{count_words(count, 'lone sample')}, up to {lone.max():.3g} off the neighbours",
+            False,
+        )

@@ -18,6 +18,7 @@ from gap.data.even_grid import even_times, on_times
 from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation, check_causes
 from gap.machine_kinds import MachineKind
 from gap.machines.sliding_body.catalogue import CATALOGUE, STAGES
+from gap.rounding import count_words
 from model.compiled import compiled
 from model.errors import ConfigError, GapError
 from model.motion.filters import at_times
@@ -184,7 +185,7 @@ def _faults(trial: Trial) -> Iterator[Sign]:
         return
     jumps = int(np.sum(speed > 30 * max(float(np.median(speed)), 0.05)))
     if jumps:
-        yield "spikes", f"{jumps} jumps of the position", True
+        yield "spikes", f"{count_words(jumps, 'jump')} of the position", True
     if speed.max() > 50.0:
         yield "unit", f"speeds up to {speed.max():.3g} m/s: millimetres?", True
 

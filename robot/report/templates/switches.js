@@ -11,6 +11,7 @@
   bar.className = "legend";
   words.className = "left";
   words.setAttribute("aria-live", "polite");
+  const shown = (rms) => rms === null ? "not known (the simulation breaks down)" : rms.toFixed(2);
   const floor = told.rms[told.sets.findIndex((one) => one.length === 0)];
 
   /* The number of the set that is switched on; -1 where it was not predicted. */
@@ -35,7 +36,7 @@
       words.textContent = "This set of causes was not simulated: all, none, each one alone, and all but one were.";
       return;
     }
-    words.textContent = `RMS difference: ${floor.toFixed(2)} without any cause, ${told.rms[set].toFixed(2)} with those that are on; `
+    words.textContent = `RMS difference: ${shown(floor)} without any cause, ${shown(told.rms[set])} with those that are on; `
       + "1 is the baseline, without a gap.";
     places.forEach((place, number) => put(place.querySelector("figure"), number, set));
   }

@@ -9,18 +9,22 @@ import numpy as np
 import pytest
 
 from gap.diagnosis.ambiguity import OpenRival
+from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.detectable import Detectable
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Diagnosis, Verdict
+from gap.diagnosis.findings import Diagnosis, TrialFaults, Verdict
+from gap.diagnosis.joint_ranking import JointGap
 from gap.diagnosis.probability import RivalCause
 from gap.diagnosis.verdict import verdict_of
 from gap.experiments.next_run import NextRun
+from gap.interfaces import DataFault
 from gap.machines.servo_bench.simulator import servo_bench
 from record.trial.trial import read_trial
 from robot.gap_report.page import diagnosis_page, draw_traces
 from robot.gap_report.page_map import BLACK_FROM
-from robot.gap_report.summary import summary_lines
+from robot.gap_report.summary import TO_APPLY, summary_lines
 from robot.gap_report.words import file_words, machine_words, size_words, stage_note
+from tests.robot.browser import without_scripts
 from tests.robot.gap_report.test_gap_diagnose import write_bench
 
 FILES = tuple(Path(f"run{number}.csv") for number in range(4))
@@ -140,11 +144,98 @@ def test_a_cause_that_shows_in_other_stages_is_explained_once(found: Diagnosis) 
     assert stage_note(own) == ""
 
 
+SWAPPED = DataFault("swapped", "shaft_arm_rad", "follows the command of leg and not its own", True)
+LONE = DataFault("spikes", "current_arm_a", "1 lone sample stands out by 3", False)
+
+
+@pytest.mark.parametrize("verdict", [Verdict.EXPLAINED, Verdict.NO_GAP])
+def test_severe_faults_of_the_data_come_first_and_no_cause_sounds_sure(
+    found: Diagnosis, verdict: Verdict
+) -> None:
+    ill = replace(
+        found, verdict=verdict, data_faults=(TrialFaults(1, (LONE, SWAPPED)),), next=(next_run(0),)
+    )
+    lines = summary_lines(ill, FILES)
+    assert lines[0] == "FIX THE DATA FIRST"
+    assert lines[1] == "severe faults of the data:"
+    assert lines[2].startswith("  1. swapped shaft_arm_rad in run1.csv: follows the command of leg")
+    assert lines[3].startswith("     what to do: exchange the columns in the column map")
+    text = "\n".join(lines)
+    assert text.index("other data faults:") > text.index("With the data as they are:")
+    page = plain(diagnosis_page(ill, *SUBJECT))
+    assert page.index("Severe faults of the data") < page.index("With the data as they are")
+    assert page.index("exchange the columns") < page.index("With the data as they are")
+    assert "<title>Fix the data first: shaft_arm_rad |" in diagnosis_page(ill, *SUBJECT)
+    for words in (text, page):
+        assert "The simulator lacks" not in words
+        assert "to run next" not in words
+        assert found.causes[0].remedy not in words, "nobody acts on a cause that may be none"
+    assert ill.sentence.startswith(
+        "Fix the data first (shaft_arm_rad): what follows cannot be trusted. With the data as they are: "
+    )
+    assert diagnosis_json(ill)["severe_data_faults"] == ["shaft_arm_rad"]
+    mild = replace(found, data_faults=(TrialFaults(1, (LONE,)),))
+    assert summary_lines(mild, FILES)[0] == "EXPLAINED"
+    assert mild.sentence == found.sentence
+
+
+def test_legs_are_not_ranked_by_a_channel_that_they_do_not_have(found: Diagnosis) -> None:
+    joints = (
+        JointGap("L1_yaw", 0.8, "shaft_error", 0.2, "rad"),
+        JointGap("L1", 0.2, "force_z", 0.3, "N"),
+        JointGap("L2", 0.0, "force_z", np.nan, "N"),
+    )
+    lines = summary_lines(replace(found, where=replace(found.where, joints=joints)), FILES)
+    assert "  by shaft_error: L1_yaw 80% (0.2 rad)" in lines
+    assert "  by force_z: L1 20% (0.3 N), L2 0%" in lines
+    assert "nan" not in "\n".join(lines)
+
+
+def test_why_nothing_is_known_of_how_far_is_the_true_reason(found: Diagnosis) -> None:
+    unknown = replace(found.far, shrink=np.nan, low=np.nan, high=np.nan)
+
+    def words(d: Diagnosis) -> str:
+        return next(line for line in summary_lines(d, FILES, 400) if line.startswith("how far: "))
+
+    none = replace(found, verdict=Verdict.UNEXPLAINED, causes=(), far=unknown)
+    assert words(none).startswith("how far: no cause is named, so nothing is explained; RMS ")
+    assert "too small" in words(replace(found, far=unknown))
+    broken = replace(found, far=replace(unknown, after=np.nan))
+    assert "the simulation with the named cause breaks down" in words(broken)
+    page = plain(without_scripts(diagnosis_page(broken, *SUBJECT)))
+    assert "not known" in page
+    assert not re.search(r"\bnan\b", page)
+    worse = replace(found, far=replace(found.far, shrink=-0.02, low=-0.03, high=-0.01))
+    assert "is predicted no better with the named cause" in words(worse)
+    assert "does not improve the prediction of held-out runs" in worse.sentence
+
+
+def test_a_sentence_of_several_causes_is_a_sentence(found: Diagnosis, two: Diagnosis) -> None:
+    one = found.causes[0]
+    three = tuple(replace(one, effect=name, form=name, values=()) for name in ("a", "b", "c"))
+    d = replace(found, verdict=Verdict.UNEXPLAINED, causes=three)
+    assert "; a at arm, b at arm and c at arm come closest and explain " in d.sentence
+    assert " comes closest and explains " in replace(d, causes=three[:1]).sentence
+    doubt = (replace(two.ambiguous[0], of=("b", ("arm",))),)
+    sure = replace(d, verdict=Verdict.EXPLAINED, causes=three[:2], ambiguous=doubt)
+    assert "lacks a at arm; adding all named causes explains " in sure.sentence
+
+
+def test_the_command_that_applies_a_diagnosis_names_its_file(found: Diagnosis) -> None:
+    legged = replace(found, simulator="legged")
+    written = summary_lines(legged, FILES, json=Path("my runs/d.json"))
+    assert "  bigant gap apply 'my runs/d.json'" in written
+    assert "write the diagnosis with --json" not in "\n".join(written)
+    for nowhere in (None, Path("-")):
+        lines = summary_lines(legged, FILES, json=nowhere)
+        assert TO_APPLY in lines
+
+
 @pytest.mark.parametrize(
     ("size", "neutral", "lower", "upper", "unit", "words"),
     [
         (0.09, 1.0, 0.1, 3.0, "", "0.910 or 1.090"),
-        (21.1, 0.0, -1.5, 1.5, "", "not within its range (-1.5 to 1.5)"),
+        (21.1, 0.0, -1.5, 1.5, "", "not detectable within its bounds (-1.5 to 1.5)"),
         (0.0123, 0.0, 0.0, 0.2, "s", "0.0123 s"),
         (0.0123, 0.0, -0.2, 0.2, "m", "+-0.0123 m"),
         (1.2, 1.0, 0.1, 3.0, "", "2.2"),
@@ -155,6 +246,16 @@ def test_sizes_are_values_that_make_sense(
     size: float, neutral: float, lower: float, upper: float, unit: str, words: str
 ) -> None:
     assert size_words(Detectable("e", "p", size, unit, neutral, lower, upper)) == words
+
+
+def test_a_size_beyond_the_bounds_is_no_size_anywhere(nothing: Diagnosis) -> None:
+    one = Detectable("hip_mount_offset", "x_m", 0.064, "m", 0.0, -0.05, 0.05)
+    d = replace(nothing, detectable=(one, replace(one, parameter="y_m", size=0.04)))
+    words = "not detectable within its bounds (-0.05 to 0.05 m)"
+    for text in ("\n".join(summary_lines(d, FILES)), plain(diagnosis_page(d, *SUBJECT))):
+        assert words in text
+        assert "0.064" not in text
+    assert [one["values"] for one in diagnosis_json(d)["detectable"]] == [[], [-0.04, 0.04]]
 
 
 def test_the_terminal_says_how_many_sizes_it_leaves_out(nothing: Diagnosis) -> None:
@@ -235,6 +336,7 @@ def test_letters_of_the_map_can_be_read_on_every_colour(
     ("share", "verdict", "sentence"),
     [
         (0.02, Verdict.EXPLAINED, "Of this, 2% may be encoder_scale at arm"),
+        (-0.01, Verdict.EXPLAINED, " is named too, but does not improve the prediction of held-out runs:"),
         (0.2, Verdict.AMBIGUOUS, "These runs cannot distinguish encoder_scale at arm from backlash at arm"),
         (np.nan, Verdict.AMBIGUOUS, "These runs cannot distinguish encoder_scale at arm"),
     ],

@@ -8,15 +8,17 @@ import numpy as np
 import pytest
 
 from gap.diagnosis.coverage import blind_spots, coverage_of
-from gap.interfaces import Cause, Drive
+from gap.interfaces import Cause, DataFault, Drive
 from model.errors import GapError
+from record.trial.import_table import ImportReport
 from record.trial.trial import Trial, write_trial
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.gap_report import diagnose
-from robot.gap_report.abilities import abilities, machine_simulator
+from robot.gap_report.abilities import Ability, abilities, machine_simulator
 from robot.gap_report.blind import blind_json, blind_lines
+from robot.gap_report.imports import TableReport, all_lines
 from robot.virtual.twin_run import make_twin, plan_of, walk_fast
 
 
@@ -96,6 +98,69 @@ def test_an_import_that_leaves_nothing_writes_nothing_and_is_a_bad_verdict(
     assert cli.run([*words, "--out", str(tmp_path / "t.mcap")]) == ExitCode.VERDICT_FAILED
     assert "t.mcap is not written" in capsys.readouterr().err
     assert not (tmp_path / "t.mcap").exists()
+
+
+def test_tables_are_counted_and_not_their_faults(tmp_path: Path) -> None:
+    """A table may have a fault of a kind several times; and only the first few are asked what they can."""
+    leg = DataFault("swapped", "force_L1_z_n", "is loaded when L2 should be", severe=True)
+    faults = (leg, replace(leg, evidence="is loaded when L3 should be"))
+    can = (Ability("odometry", True, "shafts"),)
+
+    def table(number: int, own: tuple[DataFault, ...], asked: tuple[Ability, ...]) -> TableReport:
+        report = ImportReport(tmp_path / f"run{number}.csv", "", 10, 10, (), ("time_s",), ())
+        return TableReport(report, own, (), asked)
+
+    lines = all_lines([table(0, faults, can), table(1, faults, can)])
+    assert [one.split(": ")[0] for one in lines if "swapped" in one] == [
+        "fault  swapped force_L1_z_n (severe) in all 2"
+    ]
+    assert "looked at" not in "\n".join(lines)
+    lines = all_lines([table(0, faults, can), table(1, (), can), table(2, (), ())])
+    assert any(
+        "swapped force_L1_z_n (severe) in 1 of 3: run0: is loaded when L2" in x for x in lines
+    )
+    assert lines[-2].split(maxsplit=1) == ["uses", "looked at in 2 of 3 tables only:"]
+    assert lines[-1].endswith("yes: shafts (2 of 2)")
+
+
+MJCF = """
+<mujoco><worldbody><body name="hip"><joint name="L1_yaw" axis="0 1 0"/>
+<geom type="capsule" fromto="0 0 0 0 0 -0.2" size="0.01" mass="0.3"/></body></worldbody></mujoco>
+"""
+MJCF_MAP = """
+[columns]
+time_s = "t"
+command_L1_yaw_rad = "goal"
+shaft_L1_yaw_rad = "angle"
+force_L1_z_n = "Fz"
+[trial]
+robot = "leg.xml"
+[drive]
+kind = "position"
+kp_nm_rad = 20.0
+kd_nm_s_rad = 0.5
+torque_limit_nm = 6.0
+"""
+
+
+def test_the_leg_of_a_force_is_no_joint_of_an_mjcf(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A force names its leg, L1; the joints are those that have commands and shafts."""
+    for name, text in (("leg.xml", MJCF), ("map.toml", MJCF_MAP)):
+        (tmp_path / name).write_text(text)
+    t = np.arange(400) / 100.0
+    angle = 0.3 * np.sin(2.0 * t)
+    rows = np.column_stack([t, angle, angle, 5.0 + np.cos(2.0 * t)])
+    table = tmp_path / "run.csv"
+    np.savetxt(table, rows, delimiter=",", header="t,goal,angle,Fz", comments="", fmt="%.6f")
+    assert cli.run(["import", str(table), "--map", str(tmp_path / "map.toml"), "--json"]) == 0
+    (diagnosis,) = json.loads(capsys.readouterr().out)["can_be_asked"]
+    assert diagnosis["answered"], diagnosis["words"]
+    assert "effects visible, in shafts" in diagnosis["words"]
+    assert diagnosis["words"].endswith(
+        "not compared, as the simulator does not predict them: forces"
+    )
 
 
 # What runs cannot show, said before they are judged.
