@@ -44,6 +44,7 @@ class ReadDiagnosis:
 
     Attributes:
         on_bound: Effects of those that have a number on its bound.
+        ill_data: Channels whose data have a severe fault.
         rivals: What the runs could not distinguish from a cause: the cause's effect, the other effect and
             legs.
         shrink: Share of the gap that the causes close; NaN if not measured.
@@ -54,6 +55,7 @@ class ReadDiagnosis:
     simulator: str
     causes: tuple[Cause, ...]
     on_bound: tuple[str, ...]
+    ill_data: tuple[str, ...]
     rivals: tuple[tuple[str, str, tuple[str, ...]], ...]
     shrink: float
 
@@ -128,6 +130,7 @@ def _read(answer: dict[str, Any], path: Path, effects: dict[str, Effect]) -> Rea
         simulator=str(answer.get("simulator", "legged")),
         causes=tuple(_cause(one, path, effects) for one in answer["causes"]),
         on_bound=tuple(str(one["effect"]) for one in answer["causes"] if one.get("on_bound")),
+        ill_data=tuple(map(str, answer.get("severe_data_faults", ()))),
         rivals=tuple(_rival(answer, a, b) for a, b in answer.get("ambiguous_with", ())),
         shrink=math.nan if shrink is None else float(shrink),
     )

@@ -57,7 +57,8 @@ def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
     if request.effect:
         raise ConfigError("--effect", "goes with --alone; --effects-only limits --sim mujoco")
     diagnosis = report_diagnosis(request)
-    return ExitCode.VERDICT_FAILED if diagnosis.verdict is Verdict.UNEXPLAINED else ExitCode.OK
+    bad = diagnosis.verdict is Verdict.UNEXPLAINED or diagnosis.severe_channels
+    return ExitCode.VERDICT_FAILED if bad else ExitCode.OK
 
 
 def report_diagnosis(request: GapDiagnoseRequest) -> Diagnosis:

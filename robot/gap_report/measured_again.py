@@ -23,6 +23,11 @@ def check_applicable(diagnosis: ReadDiagnosis, *, anyway: bool) -> None:
     path, why = diagnosis.path, ""
     if not diagnosis.causes:
         why = f"names no cause (verdict {diagnosis.verdict}): there is nothing to apply"
+    elif diagnosis.ill_data and not anyway:
+        why = (
+            f"is of data with severe faults ({', '.join(diagnosis.ill_data)}): fix the data and diagnose "
+            "again, or add --anyway"
+        )
     elif diagnosis.on_bound and not anyway:
         why = (
             f"says that {', '.join(diagnosis.on_bound)} is on its bound, so it is no effect of this form; "

@@ -66,7 +66,8 @@ class GapDiagnoseRequest:
     Takes trial tables (.parquet or .csv with NAME.toml next to it) or logs. The machine's file that they
     name selects the simulator. With --reference, healthy runs of the same machine, it finds what is new.
     Without them it compares the runs with the simulator as it is. Some runs are held out for testing. Exit
-    code 0: a verdict was reached; 1: there is a gap that no effect of the catalogue explains.
+    code 0: a verdict was reached; 1: there is a gap that no effect of the catalogue explains, or the data
+    have a severe fault.
 
     --alone does not search for the cause. It fits each effect alone and shows how much of the gap that
     effect could explain, for example a delay.

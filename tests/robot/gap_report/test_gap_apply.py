@@ -91,6 +91,7 @@ def test_a_wrong_cause_does_not_pass(tmp_path: Path, capsys: pytest.CaptureFixtu
     [
         ({"causes": [], "verdict": "no_gap"}, [], "there is nothing to apply"),
         ({"verdict": "unexplained"}, [], "--anyway"),
+        ({"severe_data_faults": ["shaft_ML_rad"]}, [], "severe faults (shaft_ML_rad)"),
         ({"simulator": "servo_bench"}, [], "say what machine it is"),
         ({"causes": [{"effect": "worn_crank", "legs": ["ML"]}]}, [], "needs --effects FILE.py"),
         ({"causes": [{"effect": "drag", "parameters": {"n_s_per_m": 300.0},
