@@ -27,6 +27,14 @@ def test_shafts_that_turn_tell_it_from_the_start_of_the_run() -> None:
     )
 
 
+@pytest.mark.parametrize("ways", [(1, 1, 1), (-1, -1, -1), (1, 1, -1), (1, -1, -1)])
+def test_on_the_spot_shafts_turn_both_ways(ways: tuple[int, ...]) -> None:
+    turned = 2 * np.pi * HZ * TIME_S
+    cycle = gait_cycle(TIME_S, np.outer(turned, ways) + 0.4, NOTHING, HZ)
+    most = 1.0 if sum(ways) >= 0 else -1.0
+    np.testing.assert_allclose(cycle, most * HZ * TIME_S, atol=1e-12)
+
+
 @pytest.mark.parametrize("begin", [0.0, 0.2, 0.7])
 def test_joints_that_swing_tell_it_whenever_the_run_was_begun(begin: float) -> None:
     for command, shaft in ((swinging(begin), NOTHING), (NOTHING, swinging(begin))):
