@@ -6,7 +6,7 @@ A case is diagnosed in a process of its own. Labels are read once the seal is op
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -150,7 +150,10 @@ def _remainder(fit: Mapping[str, Any] | None) -> Remainder | None:
 
 def _detectable(one: Mapping[str, Any]) -> Detectable:
     """A size; JSON has none where these runs cannot show any."""
-    return Detectable(**{**one, "size": math.inf if one["size"] is None else one["size"]})
+    of = {
+        field.name: one[field.name] for field in fields(Detectable)
+    }  # what follows is beside them
+    return Detectable(**{**of, "size": math.inf if of["size"] is None else of["size"]})
 
 
 def _number(value: object) -> float:
