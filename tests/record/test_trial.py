@@ -152,7 +152,7 @@ def test_joints_are_not_legs(tmp_path: Path) -> None:
     (tmp_path / "dog.xml").write_text("<mujoco/>")
     trial = read_trial(tmp_path / "t.csv")
     assert trial.header.kind == "mjcf"
-    assert (trial.joints, trial.legs) == (("hip", "knee", "LF"), ("LF",))
+    assert (trial.joints, trial.legs) == (("hip", "knee"), ("LF",))
     (tmp_path / "t.toml").write_text(
         '[trial]\nrobot = "dog.xml"\njoints = ["hip", "knee"]\nlegs = ["LF"]\n'
         '[conditions]\nfloor = "mat"\npayload_kg = 2\n[constants]\nkp = [20, 30]\nkd = 1.5\n'

@@ -21,6 +21,7 @@ DEGREES = 180 / np.pi
 CLOSE = 0.12
 ALIKE = 0.5  # correlation from which two streams show the same motion
 AXES = "xyz"
+SURELY_MIRRORED = -0.9  # correlation of a tilt with that of the legs
 
 
 def check_legged(
@@ -139,7 +140,9 @@ def _tilt(wanted: FloatArray, seen: FloatArray) -> Iterator[Sign]:
     alike = float(np.corrcoef(wanted, seen)[0, 1]) if np.ptp(seen) > 0 else 0.0
     ratio = slope(wanted, seen)
     if alike < -0.7:
-        yield "sign", f"tilts against the legs (correlation {alike:.2f})", True
+        # a joint that is off tilts the legs' own answer, too, though never so exactly the other way
+        words = f"tilts against the legs (correlation {alike:.2f})"
+        yield "sign", words, alike < SURELY_MIRRORED
     if abs(alike) > 0.7 and abs(abs(ratio) / DEGREES - 1) < 0.4:
         yield "unit", f"tilts {ratio:.3g} times as far as the legs: in degrees", True
 

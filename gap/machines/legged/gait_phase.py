@@ -33,9 +33,9 @@ def gait_cycle(
         if not known.any():
             continue
         moved = angles[:, known] - angles[0, known]
-        ways = np.sign(moved[-1])  # of a robot that turns on the spot, shafts turn both ways
-        ways *= 1.0 if ways.sum() >= 0.0 else -1.0
-        turned: FloatArray = (moved * ways).mean(axis=1) / (2 * np.pi)
+        directions = np.sign(moved[-1])  # of a robot that turns on the spot, shafts turn both ways
+        directions *= 1.0 if directions.sum() >= 0.0 else -1.0
+        turned: FloatArray = (moved * directions).mean(axis=1) / (2 * np.pi)
         if abs(turned[-1]) >= (min(1.0, TURNING * cycles) if np.isfinite(cycles) else 1.0):
             return turned
         swing = 2.0 * np.mean(
