@@ -193,9 +193,8 @@ def test_a_size_that_no_run_can_show_is_read_as_infinite(realities: Path) -> Non
     path = realities / "calm" / "answers" / "a.json"
     one = {"effect": "servo_lag", "parameter": "time_constant_s", "size": None, "unit": "s", "neutral": 0.0,
            "lower": 0.0, "upper": 0.5}  # fmt: skip
-    written = [
-        one | {"values": []}
-    ]  # as a diagnosis writes it: beside the size what follows from it
+    # as a diagnosis writes it: beside the size what follows from it
+    written: list[dict[str, object]] = [{**one, "values": []}]
     path.write_text(json.dumps(json.loads(path.read_text()) | {"detectable": written}))
     assert read_answer(path).detectable == (
         Detectable("servo_lag", "time_constant_s", math.inf, "s", 0.0, 0.0, 0.5),
