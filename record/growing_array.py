@@ -4,6 +4,7 @@ Blocks that are kept and put together at the end leave their places behind: the 
 back small pieces between others, so that a process stays as large as both together.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -53,3 +54,24 @@ class GrowingArray:
             self._rows, self._shown = self._rows[: self._count].copy(), False
         # in place: a long array is moved without a copy
         self._rows.resize((count, *self._rows.shape[1:]), refcheck=False)
+
+
+class GrowingTable:
+    """Columns that grow by as many rows each."""
+
+    def __init__(self) -> None:
+        self._columns: dict[str, GrowingArray] = {}
+
+    def __len__(self) -> int:
+        return max(map(len, self._columns.values()), default=0)
+
+    def extend(self, rows: Mapping[str, NDArray[Any]]) -> None:
+        """Add rows of every column."""
+        for name, more in rows.items():
+            if name not in self._columns:
+                self._columns[name] = GrowingArray(more)
+            self._columns[name].extend(more)
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return every column with all rows so far."""
+        return {name: column.array() for name, column in self._columns.items()}

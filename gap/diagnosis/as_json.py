@@ -55,9 +55,8 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "next": d.next,
         "new_commands": d.new_commands,
         "trials": {"fitted": list(d.fitted_trials), "held_out": list(d.held_out_trials)},
-        "severe_data_faults": list(
-            d.severe_channels
-        ),  # until they are fixed, no answer can be trusted
+        # until they are fixed, no answer can be trusted
+        "severe_data_faults": list(d.severe_channels),
         "warnings": [*_data_warning(d), *d.warnings],
         "predictions": d.predictions,
         "seed": d.seed,
@@ -66,9 +65,8 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
 
 def _data_warning(d: Diagnosis) -> list[str]:
     channels = ", ".join(d.severe_channels)
-    return (
-        [f"fix the data first ({channels}): this diagnosis cannot be trusted"] if channels else []
-    )
+    words = f"fix the data first ({channels}): this diagnosis cannot be trusted"
+    return [words] if channels else []
 
 
 def _cause(one: NamedCause) -> dict[str, Any]:

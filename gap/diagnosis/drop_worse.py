@@ -55,12 +55,17 @@ def _worst(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | 
     Where there are others, one is in doubt as soon as it adds next to nothing to them: a large cause that
     is not exactly of the effect's form leaves a residual, in which chance finds others.
     """
-    idle = [len(far.last) > 1 and last < HELD_OUT_ADDS for last in far.last]
-    doubted = [i for i, worse in enumerate(far.worse) if worse or idle[i]]
-    order = sorted(doubted, key=lambda i: far.last[i])
+    doubted = {i for i, worse in enumerate(far.worse) if worse} | _adds_little(far)
+    order = sorted(doubted, key=lambda i: (far.last[i], i))
     return next(
         (i for i in order if not helps_its_stage(comparison, selection.fitted.causes, i)), None
     )
+
+
+def _adds_little(far: HowFar) -> set[int]:
+    """Numbers of the causes that add next to nothing to the others on held-out runs; none of one alone."""
+    several = len(far.last) > 1
+    return {at for at, last in enumerate(far.last) if several and last < HELD_OUT_ADDS}
 
 
 def _sizes(comparison: GapEvidence, selection: Selection) -> list[float]:
@@ -85,11 +90,9 @@ def _idle(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | N
             least = 0.0  # a law is there or not: it has no size that a misfit could choose
         return not judged_by_the_whole and agrees(comparison, causes, at, least)
 
-    if len(far.last) < 2:
-        return None
     sizes = _sizes(comparison, selection)
-    known = sorted((last, at) for at, last in enumerate(far.last) if last < HELD_OUT_ADDS)
-    return next((at for _, at in known if not stays(at)), None)
+    order = sorted(_adds_little(far), key=lambda at: (far.last[at], at))
+    return next((at for at in order if not stays(at)), None)
 
 
 def _better(

@@ -168,14 +168,13 @@ def _cells(
     # whitened residuals carry the root of the dependence; undone here, a mean is in units of the noise
     value = total / (frames * np.sqrt(dependence))
     # a run hardly ever ends with its cycle: a block that has only some phases says nothing of the others
-    whole = np.flatnonzero((count > 0).any(axis=2).sum(axis=1) == count.shape[1])
+    whole = np.all(np.any(count > 0, axis=2), axis=1)
     value, count = value[whole], count[whole]
-    blocks = len(whole)
+    blocks = len(value)
     known = (count > 0).all(axis=0).ravel()
     if blocks < FEWEST_BLOCKS or not known.any():
         return ()
-    flat = value.reshape(blocks, -1)
-    flat = flat[:, known]
+    flat = value.reshape(blocks, -1)[:, known]
     mean, own = flat.mean(axis=0), flat.var(axis=0, ddof=1)
     error = np.sqrt((own + np.median(own) + 1e-30) / (2 * blocks))
     statistic = mean / error

@@ -186,22 +186,18 @@ def without_drift(part: TrialPart, error: FloatArray) -> FloatArray:
     slope is fitted together with the harmonics of the phase: over a few cycles an error that only repeats
     itself would else seem to have one, too. Shorter runs are returned as they are.
     """
-    basis, known = phase_basis(part), np.isfinite(error)
-    if basis.shape[1] == 1 or not _repeats(part.observation.cycle):
+    if not _repeats(part.observation.cycle):
         return error
     time = part.observation.time_s
     away = (time - time.mean()) / time.std()
-    columns = np.column_stack([basis, away])
-    drift = np.zeros_like(error)
-    whole = known.all(axis=0)
-    if whole.any():  # nearly all channels, and one factorisation does for all of them
-        slopes = np.linalg.lstsq(columns, error[:, whole], rcond=None)[0][-1]
-        drift[:, whole] = np.outer(away, slopes)
-    for c in np.flatnonzero(~whole):
-        on = known[:, c]
+    columns = np.column_stack([phase_basis(part), away])
+    drift, known = np.zeros_like(error), np.isfinite(error)
+    # channels that are known in the same frames, as most are, share a factorisation
+    for on in np.unique(known, axis=1).T:
+        alike = (known == on[:, None]).all(axis=0)
         if on.sum() > 2 * columns.shape[1]:
-            slope = np.linalg.lstsq(columns[on], error[on, c], rcond=None)[0][-1]
-            drift[:, c] = slope * (away - away[on].mean())
+            slopes = np.linalg.lstsq(columns[on], error[np.ix_(on, alike)], rcond=None)[0][-1]
+            drift[:, alike] = np.outer(away - away[on].mean(), slopes)
     return error - drift
 
 

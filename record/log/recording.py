@@ -14,7 +14,7 @@ from model.values.faults import Fault
 from model.values.machine_names import MachineNames
 from model.values.readings import ImuRecord
 from model.values.tick import Tick
-from record.growing_array import GrowingArray
+from record.growing_array import GrowingTable
 from record.log.estimate_message import HEALTHS
 
 NOT_RUNNING = -1
@@ -258,16 +258,14 @@ class GrowingRecording:
     """Blocks of one log, put together as they come; nothing but the newest is in memory twice."""
 
     def __init__(self) -> None:
-        self._fields: dict[str, GrowingArray] = {}
+        self._fields = GrowingTable()
         self._faults: list[tuple[int, Fault]] = []
         self._last: Recording | None = None
 
     def add(self, part: Recording) -> None:
         """Add the next block."""
-        ticks = len(self._fields["t_s"]) if self._fields else 0
-        for name in ARRAYS:
-            values = getattr(part, name)
-            self._fields.setdefault(name, GrowingArray(values)).extend(values)
+        ticks = len(self._fields)
+        self._fields.extend({name: getattr(part, name) for name in ARRAYS})
         self._faults += ((ticks + number, fault) for number, fault in part.faults)
         self._last = part
 
@@ -278,7 +276,8 @@ class GrowingRecording:
         """
         if self._last is None:
             raise ValueError("a recording has at least one block")
-        joined = _each_array(lambda name: self._fields[name].array())
+        fields = self._fields.arrays()
+        joined: dict[str, Any] = {name: readonly(values) for name, values in fields.items()}
         return replace(self._last, **joined, faults=tuple(self._faults), damage=damage)
 
 

@@ -152,7 +152,7 @@ def _detectable(one: Mapping[str, Any]) -> Detectable:
     """A size; JSON has none where these runs cannot show any."""
     of = {
         field.name: one[field.name] for field in fields(Detectable)
-    }  # what follows is beside them
+    }  # without what follows of them
     return Detectable(**{**of, "size": math.inf if of["size"] is None else of["size"]})
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Estimate, Health
-from record.growing_array import GrowingArray
+from record.growing_array import GrowingTable
 from record.log.estimate_message import HEALTHS
 
 BLOCK = 1024  # rows
@@ -101,12 +101,12 @@ class EstimateColumns:
 
     def __init__(self) -> None:
         self._codes: dict[str, int] = {}
-        self._full: dict[str, GrowingArray] = {}
+        self._full = GrowingTable()
         self._block: Columns = {}
         self._row = 0
 
     def __len__(self) -> int:
-        return (len(self._full["t_ns"]) if self._full else 0) + self._row
+        return len(self._full) + self._row
 
     def add(self, estimate: Estimate) -> None:
         """Add the estimate of the next tick."""
@@ -128,26 +128,21 @@ class EstimateColumns:
         """Add the estimates of the next ticks."""
         self._end_block()
         codes = np.array([self._code(text) for text in more.texts], dtype=np.int64)
-        for name in NAMES:
-            values = more.codes(name)
-            self._append(name, codes[values] if name in TEXTS else values)
+        rows = {name: more.codes(name) for name in NAMES}
+        self._full.extend(rows | {name: codes[rows[name]] for name in TEXTS})
 
     def estimates(self) -> EstimateSeries:
         """Return all estimates so far, at least one."""
         self._end_block()
-        columns = {name: readonly(self._full[name].array()) for name in NAMES}
+        columns = {name: readonly(values) for name, values in self._full.arrays().items()}
         return EstimateSeries(columns, tuple(self._codes))
 
     def _code(self, text: str) -> int:
         return self._codes.setdefault(text, len(self._codes))
 
     def _end_block(self) -> None:
-        for name, block in self._block.items():
-            self._append(name, block[: self._row])
+        self._full.extend({name: block[: self._row] for name, block in self._block.items()})
         self._row = 0
-
-    def _append(self, name: str, rows: NDArray[Any]) -> None:
-        self._full.setdefault(name, GrowingArray(rows)).extend(rows)
 
 
 def _block_for(estimate: Estimate) -> Columns:

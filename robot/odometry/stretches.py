@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from model.errors import BigantError
-from record.growing_array import GrowingArray
+from record.growing_array import GrowingTable
 from record.log.blocks.read import read_log
 from record.log.reader import LogContents, read_tick_messages
 from record.log.recording import GrowingRecording, Recording
@@ -59,19 +59,17 @@ class GrowingTrack:
     def __init__(self) -> None:
         self.log = GrowingRecording()
         self._estimates = EstimateColumns()
-        self._fields: dict[str, GrowingArray] = {}
+        self._fields = GrowingTable()
 
     def add(self, part: TrackedStretch) -> None:
         """Add the next stretch."""
         self.log.add(part.log)
         self._estimates.extend(part.track.estimates)
-        for name in BESIDE:
-            values = getattr(part.track, name)
-            self._fields.setdefault(name, GrowingArray(values)).extend(values)
+        self._fields.extend({name: getattr(part.track, name) for name in BESIDE})
 
     def track(self) -> Track:
         """Return the track of the whole so far, of at least one stretch."""
-        columns = {name: of.array() for name, of in self._fields.items()}
+        columns = self._fields.arrays()
         unix_ns = columns["unix_ns"]
         return Track(
             t_s=(unix_ns - unix_ns[0]) * 1e-9,

@@ -4,7 +4,9 @@ import numpy as np
 
 from model.values.arrays import FloatArray
 
-TURNING = 0.5  # share of a gait's cycles that shafts turn which turn with it
+TURNING = (
+    0.5  # share of a gait's cycles from which on shafts turn with it; one cycle always is enough
+)
 LEAST_SWING_RAD = 1e-3
 CLEAR_SWING = 0.3  # share of the largest swing from which on a joint's is one to go by
 
@@ -27,7 +29,7 @@ def gait_cycle(
     """
     since_s = time_s - time_s[0]
     evenly: FloatArray = frequency_hz * since_s
-    cycles = float(evenly[-1])
+    turning = np.fmin(1.0, TURNING * evenly[-1])  # cycles that shafts turn which turn with the gait
     for angles in (command_rad, shaft_rad):
         known = np.isfinite(angles).all(axis=0)
         if not known.any():
@@ -36,14 +38,12 @@ def gait_cycle(
         directions = np.sign(moved[-1])  # of a robot that turns on the spot, shafts turn both ways
         directions *= 1.0 if directions.sum() >= 0.0 else -1.0
         turned: FloatArray = (moved * directions).mean(axis=1) / (2 * np.pi)
-        if abs(turned[-1]) >= (min(1.0, TURNING * cycles) if np.isfinite(cycles) else 1.0):
+        if abs(turned[-1]) >= turning:
             return turned
-        swing = 2.0 * np.mean(
-            (moved - moved.mean(axis=0)) * np.exp(-2j * np.pi * evenly)[:, None],
-            axis=0,
-        )
+        wave = np.exp(-2j * np.pi * evenly)[:, None]
+        swing = 2.0 * np.mean((moved - moved.mean(axis=0)) * wave, axis=0)
         size = np.abs(swing)
-        if np.isfinite(cycles) and size.max() > LEAST_SWING_RAD:
+        if size.max() > LEAST_SWING_RAD:  # NaN without a frequency
             first = int(np.argmax(size >= CLEAR_SWING * size.max()))
             return evenly + float(np.angle(swing[first])) / (2 * np.pi)
     return evenly
