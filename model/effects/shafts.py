@@ -23,7 +23,7 @@ FOOT_WEIGHT_N = 0.5
 STILL = readonly(np.zeros((1, 1, 2)))  # of feet that do not roll
 UNSEEN_GIVE = "servo_compliance_beyond_encoder"
 GIVES = ("servo_compliance", UNSEEN_GIVE)
-MOVES_SHAFTS = frozenset({"command_delay", "servo_lag", "servo_speed_limit"})
+MOVES_SHAFTS = frozenset({"command_delay", "servo_lag", "servo_speed_limit", "joint_friction"})
 MOVES_FEET = frozenset({"shaft_zero_offset", "link_length", "hip_mount_offset", "foot_rolling"})
 
 
@@ -74,10 +74,12 @@ def shafts(
     Commands are (W, J), and the same with their delay; loads are needed where they move shafts.
     """
     angle = _limited(grid, _lagged(grid, acting_rad, settings), settings)
+    if loads is not None and settings.has("servo_compliance"):
+        angle = angle + settings.each("servo_compliance")[0] * loads.torque_nm
+    if settings.has("joint_friction"):  # what the loop holds moves only against it
+        angle = _held_back(angle, settings.each("joint_friction")[0])
     if loads is None:
         return angle
-    if settings.has("servo_compliance"):
-        angle = angle + settings.each("servo_compliance")[0] * loads.torque_nm
     if settings.has("gear_backlash"):
         angle = angle + _in_play(grid, loads.flank_nm, settings.each("gear_backlash")[0])
     signals = ShaftSignals(grid.time_s, command_rad, loads.torque_nm, angle)
@@ -93,6 +95,24 @@ def _in_play(grid: Grid, torque_nm: FloatArray, width_rad: FloatArray) -> FloatA
         first = -np.sign(pull[0]) * width_rad[leg] / 2
         place_rad[:, leg] = pushed - play(pushed, width_rad[leg], first)
     return place_rad
+
+
+def _held_back(wanted_rad: FloatArray, behind_rad: FloatArray) -> FloatArray:
+    """Where dry friction leaves shafts that a position loop pulls, (W, J) [rad].
+
+    A shaft stands until it is so far behind that the loop overcomes friction, (J,), and then stays so far
+    behind; it stands again when the motion turns round. It begins behind the motion that it is in.
+    """
+    angle = wanted_rad.copy()
+    for joint in np.flatnonzero(behind_rad):
+        known = np.isfinite(wanted_rad[:, joint])
+        driven = wanted_rad[known, joint]
+        moves = np.diff(driven)
+        started = moves[moves != 0.0]
+        if len(started):
+            begin = driven[0] - np.sign(started[0]) * behind_rad[joint]
+            angle[known, joint] = play(driven, 2.0 * behind_rad[joint], begin)
+    return angle
 
 
 def _lagged(grid: Grid, command: FloatArray, settings: Settings) -> FloatArray:

@@ -141,7 +141,7 @@ class World:
 
     def jam(self, index: int, torque_n_m: float) -> None:
         """Give a shaft so much dry friction on top of its own; 0 frees it."""
-        self.plant.jam_n_m[index] = torque_n_m
+        self.plant.jam(index, torque_n_m)
 
     def wrench(self, t_ns: int) -> FloatArray:
         """Mean wrench on each transducer between the last call's time and this one.

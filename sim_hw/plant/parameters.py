@@ -115,6 +115,7 @@ class DriveParameters:
         speed_limit: Fastest that the set point moves [rad/s].
         compliance: Twist between motor and shaft [rad/N m].
         backlash: Full play between motor and shaft [rad].
+        friction_rad: Error at which the servo's loop overcomes the shaft's own dry friction [rad].
         crank_offset: Crank minus encoder [rad].
         hold_rate: Events a second in which a servo misses its goals for a while [1/s].
         hold_s: How long it misses them.
@@ -126,6 +127,7 @@ class DriveParameters:
     speed_limit: FloatArray
     compliance: FloatArray
     backlash: FloatArray
+    friction_rad: FloatArray
     crank_offset: FloatArray
     hold_rate: FloatArray
     hold_s: float = 0.3
@@ -135,7 +137,7 @@ class DriveParameters:
     def ideal(legs: int) -> "DriveParameters":
         """Return a drive with none of all that."""
         none = np.zeros(legs)
-        return DriveParameters(0.0, none, np.full(legs, np.inf), none, none, none, none)
+        return DriveParameters(0.0, none, np.full(legs, np.inf), none, none, none, none, none)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -45,6 +45,7 @@ from sim_hw.plant.leg_path import foot_path, leg_geometry, leg_point
 from sim_hw.plant.motor import motor_row
 from sim_hw.plant.mujoco_model import build_model, ground_axes
 from sim_hw.plant.parameters import Disturbance, GroundParameters, PlantParameters
+from sim_hw.plant.shaft_friction import shaft_friction
 
 SETTLING_S = 1.5
 # A foot that carries less than this is in the air.
@@ -67,7 +68,7 @@ class Plant:
         current_a: Motor currents, (N,).
         temperature_c: Motor temperatures, (N,).
         supply_v: Voltage at each servo, (N,).
-        jam_n_m: Dry friction of each shaft on top of its motor's own: what is caught in a leg, (N,).
+        jam_n_m: Dry friction of each shaft beside its motor's: its own, and of what is caught in a leg, (N,).
         foot_force_B: Ground's force on each foot in the last step, body axes, (N, 3) [N].
     """
 
@@ -100,7 +101,9 @@ class Plant:
         self._geometry = leg_geometry(p)
         zero = np.array([leg_point(g, 0.0)[4] for g in self._geometry])
         self._rows, self._motors = leg_rows(p, zero), np.array([motor_row(one) for one in p.motors])
+        self._own_friction_n_m = shaft_friction(p)
         self.jam_n_m: FloatArray = self._rows[:, JAM]
+        self.jam_n_m[:] = self._own_friction_n_m
         state = self._state = np.zeros((p.legs, 8))
         self.shaft_angle_rad: FloatArray = state[:, SHAFT]
         self.shaft_rate_rad_s: FloatArray = state[:, SHAFT_RATE]
@@ -121,6 +124,10 @@ class Plant:
         self._stand()
         if p.ballast_s > 0:
             self._ballast = ballast_of(p)
+
+    def jam(self, index: int, torque_n_m: float) -> None:
+        """Give a shaft so much dry friction on top of its own; 0 frees it."""
+        self.jam_n_m[index] = self._own_friction_n_m[index] + torque_n_m
 
     @property
     def dt_s(self) -> float:

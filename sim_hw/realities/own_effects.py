@@ -9,8 +9,8 @@ import numpy as np
 
 from sim_hw.realities.reality import Reality
 
-# MuJoCo's feet slide by Coulomb's law, legs give along the ground, and a loop follows with a lag
-EVERY_ROBOT = frozenset({"coulomb_friction", "leg_flex", "servo_lag"})
+# MuJoCo's feet slide by Coulomb's law, legs give along the ground, a loop follows with a lag, gears rub
+EVERY_ROBOT = frozenset({"coulomb_friction", "joint_friction", "leg_flex", "servo_lag"})
 
 
 def own_effects(reality: Reality) -> frozenset[str]:

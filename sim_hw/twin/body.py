@@ -78,6 +78,11 @@ KINDS = (
         adds("plant.drive.backlash"),
     ),
     EffectKind(
+        "joint_friction", "actuation", BOTH, (sized("behind_rad", "rad", 0, 0.3, 0, 0.03, 0.08),),
+        "dry friction on the shaft, as much as the control loop overcomes at this error",
+        adds("plant.drive.friction_rad"),
+    ),
+    EffectKind(
         "shaft_zero_offset", "actuation", LEG, (sized("offset_rad", "rad", -0.6, 0.6, 0, 0.06, 0.15),),
         "the crank sits turned on the shaft behind the encoder", adds("plant.drive.crank_offset"),
     ),

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from gap.interfaces import Drive
+from model.effects.shafts import _held_back
 from model.kinematics.four_bar import FourBarKinematics
 from model.kinematics.legs import leg_kinematics
 from model.values.arrays import FloatArray
@@ -111,6 +112,35 @@ def test_backlash_lies_on_one_flank_or_the_other() -> None:
         assert np.isclose(np.median(play[free & rising]), -width / 2)
         assert np.isclose(np.median(play[free & falling]), width / 2)
         assert (np.abs(play[free]) < width / 4).any()
+
+
+def test_a_tight_joint_stays_as_far_behind_as_friction_holds_it() -> None:
+    trial = walk("tripod", 0.1, 10.0)
+    for drive in Drive:
+        got = Prediction(trial, [cause("joint_friction", 0.02, legs=("ML",))], drive)
+        behind = got["shaft_error"][:, ML]
+        # a crank that always turns one way is behind all the time
+        assert np.allclose(behind, -0.02, atol=1e-9)
+        assert np.abs(np.delete(got["shaft_error"], ML, axis=1)).max() == 0.0
+
+
+def test_a_tight_joint_under_a_position_loop_that_turns_round() -> None:
+    # an oracle in small steps: a shaft with next to no inertia, a spring of 50 N m/rad, friction of 1 N m
+    time_s = 1e-3 * np.arange(8000)
+    wanted = 0.3 * np.sin(2 * np.pi * 0.5 * time_s) + 0.05 * np.sin(2 * np.pi * 1.3 * time_s)
+    at, stood = wanted[0] - 0.02, []
+    for goal in wanted:
+        pull = 50.0 * (goal - at)
+        at += (np.sign(pull) * max(abs(pull) - 1.0, 0.0)) / 50.0
+        stood.append(at)
+    shafts = _held_back(np.column_stack([wanted, wanted]), np.array([0.02, 0.0]))
+    assert np.abs(shafts[:, 0] - stood).max() < 1e-12
+    assert np.array_equal(shafts[:, 1], wanted)
+    unknown = wanted.copy()
+    unknown[100:200] = np.nan
+    held = _held_back(unknown[:, None], np.array([0.02]))[:, 0]
+    assert np.array_equal(np.isnan(held), np.isnan(unknown))
+    assert np.abs(held - stood)[1000:].max() < 1e-12
 
 
 def test_the_encoder_does_not_see_a_zero_offset() -> None:

@@ -28,7 +28,7 @@ ML, FL = 1, 2
 
 def test_the_contracts_effects_are_all_there_with_their_parameters() -> None:
     known = {k.name: [p.name for p in k.parameters] for k in EFFECTS if k.catalogued}
-    assert len(known) == 40
+    assert len(known) == 41
     assert known["gear_backlash"] == ["width_rad"]
     assert known["link_length"] == ["crank_m", "coupler_m", "rocker_m"]
     assert known["payload"] == ["mass_kg", "x_m", "y_m"]
@@ -134,6 +134,30 @@ def test_backlash_is_taken_up_either_way() -> None:
         robot, torque = loaded(f"gear_backlash@ML:width_rad={width}", force)
         ends.append((robot.shaft_angle_rad - robot.motor_angle_rad)[ML] - torque / 1500)
     assert abs(ends[0] - ends[1]) == pytest.approx(width, rel=0.02)
+
+
+def test_a_tight_shaft_is_behind_by_what_its_loop_needs_to_turn_it() -> None:
+    goals = np.linspace(0.0, 0.4, 2000)  # 0.2 rad/s
+    errors = []
+    for text in ("joint_friction@ML:behind_rad=0", "joint_friction@ML:behind_rad=0.05"):
+        robot = plant(text)
+        for goal in goals:
+            hold(robot, robot.dt_s, goal)
+        errors.append(0.4 - robot.shaft_angle_rad)
+    more = errors[1] - errors[0]
+    assert more[ML] == pytest.approx(0.05, rel=0.05), "the gear's friction falls with its speed"
+    assert np.abs(np.delete(more, ML)).max() < 2e-3
+
+
+def test_what_is_caught_in_a_leg_adds_to_the_friction_of_its_shaft() -> None:
+    robot = plant("joint_friction@ML:behind_rad=0.05")
+    own = robot.jam_n_m.copy()
+    assert own[ML] == pytest.approx(0.05 * GAIN * 2.231 * 12.0 / 2.372 / 1.2316, rel=1e-3)
+    assert not np.delete(own, ML).any()
+    robot.jam(ML, 30.0)
+    assert robot.jam_n_m[ML] == own[ML] + 30.0
+    robot.jam(ML, 0.0)
+    assert np.array_equal(robot.jam_n_m, own)
 
 
 def test_the_encoder_does_not_see_a_turned_crank() -> None:
