@@ -68,7 +68,7 @@ class Plant:
         current_a: Motor currents, (N,).
         temperature_c: Motor temperatures, (N,).
         supply_v: Voltage at each servo, (N,).
-        jam_n_m: Dry friction of each shaft beside its motor's: its own, and of what is caught in a leg, (N,).
+        jam_n_m: Dry friction of each shaft beside its motor's: its own, and of what is caught, (N,).
         foot_force_B: Ground's force on each foot in the last step, body axes, (N, 3) [N].
     """
 
