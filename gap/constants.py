@@ -202,6 +202,12 @@ MISFIT_SHARE = Constant(
     "share of the misfit beyond a healthy machine's that is added to the temperature",
     DEVELOPMENT,
 )
+GAIN_SHARE = Constant(
+    0.02,
+    "share of what the chosen cause gains that is added to the temperature: how an effect looks is itself "
+    "known to some percent",
+    "on a simulator written apart: a cause was 5.7 % behind another that was named instead of it",
+)
 NONE = Constant(
     -5.5,
     "log odds of none of the catalogue if the residual is as small as expected",

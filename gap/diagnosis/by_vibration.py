@@ -9,7 +9,7 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from gap.constants import VIBRATION_CLEAR
-from gap.diagnosis.probability import behind_of, vibration_nats_of, weight_of
+from gap.diagnosis.probability import behind_of, blur_of, vibration_nats_of, weight_of
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import families_of
 from gap.search.look import Selection
@@ -43,7 +43,8 @@ def _odds(evidence: Evidence, rival: Option, chosen: Option, left_nats: float) -
     nats = vibration_nats_of(rival, chosen)
     if nats >= 0.0:
         return 0.0
-    return weight_of(behind_of(rival, chosen, evidence.block_part), left_nats, nats)
+    behind = behind_of(rival, chosen, evidence.block_part)
+    return weight_of(behind, blur_of(behind, left_nats, chosen.over.nats), nats)
 
 
 def shaken_channels(selection: Selection) -> Collection[str]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 from gap.constants import (
     ERROR_SHARE,
+    GAIN_SHARE,
     MISFIT_SHARE,
     NONE,
     NONE_ENERGY,
@@ -125,7 +126,8 @@ def chances(
             if one.added.effect.name in alike:  # no fit can tell them apart
                 weights.append(1.0)
                 continue
-            weights.append(weight_of(behind, left_nats, vibration_nats_of(one, step.chosen)))
+            blur = blur_of(behind, left_nats, step.chosen.over.nats)
+            weights.append(weight_of(behind, blur, vibration_nats_of(one, step.chosen)))
         share = (1.0 - none) / (1.0 + sum(weights) + unfitted)
         of = step.chosen.added.family
         rivals = tuple(
@@ -145,13 +147,24 @@ def chances(
     return tuple(out)
 
 
-def weight_of(behind: Advantage, left_nats: float, vibration_nats: float = 0.0) -> float:
+def blur_of(behind: Advantage, left_nats: float, gained_nats: float) -> float:
+    """Return the difference of log-likelihood between two causes that counts as one [nats].
+
+    Args:
+        behind: Of the alternative behind the cause.
+        left_nats: Score that is left beyond that of a healthy machine.
+        gained_nats: By how much the cause predicts held-out blocks better.
+    """
+    misfit = MISFIT_SHARE * left_nats + GAIN_SHARE * max(gained_nats, 0.0)
+    return TEMPERATURE + ERROR_SHARE * behind.error + misfit
+
+
+def weight_of(behind: Advantage, blur_nats: float, vibration_nats: float = 0.0) -> float:
     """Return how likely an alternative is beside the cause that it is behind.
 
     Misfits of a simulator blur what it predicts, not what is measured without it.
     """
-    scale = TEMPERATURE + ERROR_SHARE * behind.error + MISFIT_SHARE * left_nats
-    blurred = max(min((behind.nats - vibration_nats) / scale, 700.0), 0.0)
+    blurred = max(min((behind.nats - vibration_nats) / blur_nats, 700.0), 0.0)
     return math.exp(-blurred - max(vibration_nats, -600.0))
 
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
-from gap.diagnosis.probability import chances
+from gap.diagnosis.probability import blur_of, chances, weight_of
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate
+from gap.search.cross_validation import Advantage
 from gap.search.fit import fit_causes
 from gap.search.look import Selection, Step
 from gap.search.options import Option, fit_option
@@ -56,3 +57,13 @@ def test_why_a_rival_is_open_is_what_left_it_open(
 ) -> None:
     one = OpenRival(0, "lag", (), 0.1, behind, error, ("delay", ()), "lag", separation)
     assert said in one.why
+
+
+def test_an_alternative_a_few_percent_of_the_gain_behind_is_not_ruled_out() -> None:
+    # 190 of 3300 nats, five standard errors: no simulator knows to a few percent how an effect looks
+    behind = Advantage(190.0, 35.0)
+    close = weight_of(behind, blur_of(behind, 0.0, 3300.0))
+    assert 0.05 < close < 0.3
+    assert weight_of(behind, blur_of(behind, 0.0, 300.0)) < 1e-3
+    far = Advantage(1000.0, 35.0)
+    assert weight_of(far, blur_of(far, 0.0, 3300.0)) < 1e-4

@@ -10,7 +10,7 @@ from benchmarks.gap.constants.changes import OF_PROBABILITIES, half_and_twice, k
 from benchmarks.gap.constants.figures import JudgedCase, counts, differences
 from benchmarks.gap.constants.saved_answers import again
 from gap.check.cases import CONTROL, OUTSIDE, SINGLE, CaseAnswer, CheckedCase, Named, Truth
-from gap.diagnosis.probability import Fit, none_of_them, weight_of
+from gap.diagnosis.probability import Fit, blur_of, none_of_them, weight_of
 from gap.search.cross_validation import Advantage
 from model.parameters.toml_table import parse_toml
 
@@ -115,9 +115,9 @@ def test_judging_an_answer_again_with_the_same_constants_changes_nothing() -> No
         "nats_after": 3.0,
     }
     none = none_of_them(Fit(**fit), 1, referenced=True)
-    weight = weight_of(Advantage(0.5, 1.0), 3.0)
+    weight = weight_of(Advantage(0.5, 1.0), blur_of(Advantage(0.5, 1.0), 3.0, 40.0))
     own = (1.0 - none) / (2.0 + weight)  # one more effect is like it, and was not fitted
-    cause = {"effect": "delay", "legs": [], "probability": own, "on_bound": []}
+    cause = {"effect": "delay", "legs": [], "probability": own, "on_bound": [], "nats": 40.0}
     found = {
         "fit": fit, "none_of_these": none, "causes": [cause], "gap": {"shrink": 0.9},
         "rivals": [{**half, "probability": own * weight}],

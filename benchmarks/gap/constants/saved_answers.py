@@ -14,7 +14,7 @@ from typing import Any
 from benchmarks.gap.constants.figures import JudgedCase
 from gap.check.cases import NO_GAP, UNEXPLAINED, CaseAnswer, CheckedCase
 from gap.constants import MOSTLY, NONE_LIKELY
-from gap.diagnosis.probability import Fit, none_of_them, weight_of
+from gap.diagnosis.probability import Fit, blur_of, none_of_them, weight_of
 from gap.diagnosis.trend import Trend, none_with
 from gap.search.cross_validation import Advantage
 from robot.campaign.answers import files_of, read_labels
@@ -82,18 +82,19 @@ def _would_do(answer: CaseAnswer, found: Found) -> bool:
 
 def _probability(found: Found, effect: str, joints: list[str], none: float, fit: Fit) -> float:
     """Probability of a named cause, as ``gap.diagnosis.probability.chances`` gives it."""
-    before = next(
-        one["probability"]
-        for one in found["causes"]
-        if [one["effect"], one["legs"]] == [effect, joints]
-    )
+    cause = next(one for one in found["causes"] if [one["effect"], one["legs"]] == [effect, joints])
+    before, gained = cause["probability"], cause.get("nats", 0.0)
     rivals = [one for one in found["rivals"] if one["of"] == [effect, joints]]
     weights = [
         1.0 if one["probability"] == before
-        else weight_of(Advantage(one["behind"], one["behind_error"]), fit.nats_after)
+        else _weight(Advantage(one["behind"], one["behind_error"]), fit.nats_after, gained)
         for one in rivals
     ]  # fmt: skip
     # effects that nothing tells from it have as much, and were not fitted
     given = before + sum(one["probability"] for one in rivals)
     alike = max(0, round((1.0 - found["none_of_these"] - given) / before)) if before else 0
     return (1.0 - none) / (1.0 + sum(weights) + alike)
+
+
+def _weight(behind: Advantage, left_nats: float, gained_nats: float) -> float:
+    return weight_of(behind, blur_of(behind, left_nats, gained_nats))
