@@ -6,7 +6,7 @@ from enum import Enum
 
 import numpy as np
 
-from gap.constants import FALSE_ALARMS
+from gap.constants import FALSE_ALARMS, NONE_LIKELY
 from gap.diagnosis.ambiguity import OpenRival
 from gap.diagnosis.baselines import Baseline
 from gap.diagnosis.detectable import Detectable
@@ -286,6 +286,17 @@ class Diagnosis:
     def sure(self) -> tuple[NamedCause, ...]:
         """Causes that have none."""
         return tuple(one for one in self.causes if one not in self.in_doubt)
+
+    @property
+    def acted_on(self) -> tuple[NamedCause, ...]:
+        """Causes that a person does something about: none of data with a fault, none that hardly is one."""
+        if self.severe_channels or self.verdict is Verdict.NO_GAP:
+            return ()
+        if self.verdict is Verdict.EXPLAINED:
+            return self.sure
+        if self.verdict is Verdict.AMBIGUOUS:
+            return self.causes
+        return tuple(one for one in self.causes if one.probability > NONE_LIKELY)
 
     @property
     def _perhaps(self) -> str:

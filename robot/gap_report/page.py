@@ -84,7 +84,7 @@ def diagnosis_page(
         faults=[
             (one.kind, one.channel, one.where, one.evidence) for one in faults if not one.severe
         ],
-        cards=[_card(one, trusted=not d.severe_channels) for one in d.causes],
+        cards=[_card(one, acted_on=one in d.acted_on) for one in d.causes],
         rivals=[
             (place_words(*one.of), place_words(one.effect, one.joints), f"{one.probability:.2f}")
             for one in likely_rivals(d)[:MOST_RIVALS]
@@ -156,8 +156,8 @@ def _facts(d: Diagnosis) -> list[tuple[str, str]]:
     return facts
 
 
-def _card(one: NamedCause, *, trusted: bool) -> dict[str, object]:
-    """A cause: its numbers, what is done about it if the data can be trusted, and what speaks for it."""
+def _card(one: NamedCause, *, acted_on: bool) -> dict[str, object]:
+    """A cause: its numbers, what is done about it if it is likely one, and what speaks for it."""
     head, rows = joint_sizes(one)
     numbers = [
         (value_words(v.value, v.error, v.unit), v.name + BOUND * v.on_bound) for v in one.values
@@ -168,7 +168,7 @@ def _card(one: NamedCause, *, trusted: bool) -> dict[str, object]:
         "numbers": () if rows else numbers,
         "joints": (head, rows),
         "physics": one.physics,
-        "remedy": one.remedy if trusted else "",
+        "remedy": one.remedy if acted_on else "",
         "evidence": (
             f"Stage {one.stage}. {_explains(one)}Predicts held-out blocks better by {one.nats:.0f} ± "
             f"{one.nats_error:.0f} nats."

@@ -34,6 +34,10 @@ MOST_CHANNELS = 6
 MOST_SIZES = 12
 MOST_NEXT = 3
 MOST_JOINTS = 12
+LOOK_THERE = (
+    "what to do: look for what the catalogue does not have, where most of the gap is (below); an effect of "
+    "your own can be tried with --effects FILE.py"
+)
 TO_APPLY = "to apply: write the diagnosis with --json d.json, then: bigant gap apply d.json"
 
 
@@ -69,10 +73,11 @@ def _to_do(d: Diagnosis, json: Path | None) -> list[str]:
     if d.verdict is Verdict.NO_GAP or d.severe_channels:
         return []
     legged, lines = d.simulator in LEGGED_SIMULATORS, []
-    causes = d.sure if d.verdict is Verdict.EXPLAINED else d.causes
-    for one in causes:
-        about = "" if len(causes) == 1 else f" about {place_words(one.effect, one.joints)}"
+    for one in d.acted_on:
+        about = "" if len(d.causes) == 1 else f" about {place_words(one.effect, one.joints)}"
         lines.append(f"what to do{about}: {one.remedy}")
+    if d.verdict is Verdict.UNEXPLAINED and not lines:
+        lines.append(LOOK_THERE)
     if d.verdict is Verdict.AMBIGUOUS:
         run = "bigant gap next" if legged else NOT_LEGGED
         lines.append(f"run that settles it: {run}")

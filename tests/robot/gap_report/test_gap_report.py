@@ -22,7 +22,7 @@ from gap.machines.servo_bench.simulator import servo_bench
 from record.trial.trial import read_trial
 from robot.gap_report.page import diagnosis_page, draw_traces
 from robot.gap_report.page_map import BLACK_FROM
-from robot.gap_report.summary import TO_APPLY, summary_lines
+from robot.gap_report.summary import LOOK_THERE, TO_APPLY, summary_lines
 from robot.gap_report.words import file_words, machine_words, size_words, stage_note
 from tests.robot.browser import without_scripts
 from tests.robot.gap_report.test_gap_diagnose import write_bench
@@ -352,3 +352,15 @@ def test_a_cause_that_explains_next_to_nothing_does_not_make_the_whole_ambiguous
     lines = "\n".join(summary_lines(d, FILES))
     assert "indistinguishable from encoder_scale at arm: backlash at arm" in lines
     assert ("what to do about encoder_scale at arm:" in lines) == (verdict is Verdict.AMBIGUOUS)
+
+
+def test_nothing_is_to_be_done_about_what_is_hardly_a_cause(found: Diagnosis) -> None:
+    cause = found.causes[0]
+    for probability, followed in ((0.05, False), (0.8, True)):
+        one = replace(cause, probability=probability)
+        d = replace(found, verdict=Verdict.UNEXPLAINED, causes=(one,), ambiguous=())
+        lines = summary_lines(d, FILES, 400)
+        page = plain(without_scripts(diagnosis_page(d, *SUBJECT)))
+        assert (f"what to do: {one.remedy}" in lines) == followed
+        assert (one.remedy in page) == followed
+        assert (LOOK_THERE in lines) == (not followed)
