@@ -229,6 +229,16 @@ NONE_MANY = Constant(
 )
 SURELY_ODD = Constant(0.01, "p-value of the residual below which it counts in full", THEORY)
 NONE_LIKELY = Constant(0.5, "probability of none above which a gap is unexplained", THEORY)
+MOST_PART = Constant(
+    1.1,
+    "share of the gap above which no cause is given a part: one closes more than there is, others undo it",
+    BY_HAND,
+)
+SURELY_MIRRORED = Constant(
+    0.9,
+    "correlation of the body's tilt with the opposite of the legs' above which the tilt is a severe fault",
+    "on a simulator written apart, whose healthy robots leaned a little against their legs",
+)
 CLEAR_EXCESS = Constant(
     1.5, "energy over expectation from which a channel has a gap, even if no cause explains it",
     BY_HAND,

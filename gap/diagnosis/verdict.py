@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from gap.constants import CLEAR_EXCESS, IN_DOUBT_SHARE, NONE_LIKELY
+from gap.constants import CLEAR_EXCESS, IN_DOUBT_SHARE, MOST_PART, NONE_LIKELY
 from gap.diagnosis.ambiguity import OpenRival
 from gap.diagnosis.detection import Detection
 from gap.diagnosis.findings import NamedCause, Value, Verdict
@@ -18,7 +18,6 @@ from gap.search.standard_errors import standard_errors
 from model.values.arrays import FloatArray
 
 FEW_BLOCKS = 6
-MOST_PART = 1.1  # of the gap, that one cause of several may close while others open a little of it
 
 
 def gap_exists(evidence: Evidence, detection: Detection | None, selection: Selection) -> bool:

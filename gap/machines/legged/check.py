@@ -5,6 +5,7 @@ from itertools import permutations
 
 import numpy as np
 
+from gap.constants import SURELY_MIRRORED
 from gap.data.columns import Sign, exchanged, faults_of, likeness, paired, slope, unit_of
 from gap.data.time_lag import lag, stream_faults
 from gap.interfaces import DataFault
@@ -21,7 +22,6 @@ DEGREES = 180 / np.pi
 CLOSE = 0.12
 ALIKE = 0.5  # correlation from which two streams show the same motion
 AXES = "xyz"
-SURELY_MIRRORED = -0.9  # correlation of a tilt with that of the legs
 
 
 def check_legged(
@@ -142,7 +142,7 @@ def _tilt(wanted: FloatArray, seen: FloatArray) -> Iterator[Sign]:
     if alike < -0.7:
         # a joint that is off tilts the legs' own answer, too, though never so exactly the other way
         words = f"tilts against the legs (correlation {alike:.2f})"
-        yield "sign", words, alike < SURELY_MIRRORED
+        yield "sign", words, alike < -SURELY_MIRRORED
     if abs(alike) > 0.7 and abs(abs(ratio) / DEGREES - 1) < 0.4:
         yield "unit", f"tilts {ratio:.3g} times as far as the legs: in degrees", True
 
