@@ -1,9 +1,9 @@
 """A law that is worth little alone, with the cause that makes it worth much.
 
 A law of friction has no size, and other numbers have adjusted to its absence: dry friction on legs that do
-not give is little better than wet friction, and legs that give are little better under wet friction. Each
-alone explains a few percent of what healthy runs show, both together explain a fifth. So a law that is
-better than none is put in on trial, and stays if it and what comes next are each worth it with the other.
+not give is little better than wet friction, or worse, and legs that give are little better under wet
+friction. Both together explain a fifth of what healthy runs show. So a law is put in on trial, whatever it
+does alone, and stays if it and what comes next are each worth it with the other, and both together.
 """
 
 from collections.abc import Sequence
@@ -32,8 +32,6 @@ def law_with_partner(
             continue
         start = (*selection.fitted.causes, law.cause(()))
         option = fit_option(look.evidence, law, start, selection.unseen, look.search.rounds)
-        if not worth(option.over, 0, len(option.unseen)):
-            continue
         both = _with_partner(look, selection, option, candidates)
         if both is not None:
             return both
@@ -59,6 +57,9 @@ def _with_partner(
     lost = advantage(partner.unseen, alone.unseen, evidence.block_part)
     least = look.search.least_gain * float(alone.unseen.sum())
     if lost.nats < least or not worth(lost, 0, len(alone.unseen)):
+        return None
+    both = advantage(partner.unseen, selection.unseen, evidence.block_part)
+    if not worth(both, len(partner.added.effect.parameters), len(alone.unseen)):
         return None
     steps = (*on_trial.steps, Step(partner, rivals))
     return Selection(partner.fitted, partner.unseen, steps, selection.p)
