@@ -77,7 +77,7 @@ As they are: {legged_counts};
 | constant | half | twice |
 |---|---|---|
 {legged_rows}
-"""
+{other_cases}"""
 
 
 def page() -> str:
@@ -113,8 +113,22 @@ def page() -> str:
         idle=len(unmoved), unmoved=_listed(unmoved), rows="\n".join(rows),
         legged_cases=sum(robots["cases"].values()), legged_kinds=_kinds(robots),
         legged_counts=_counts(robots), legged_shares=_shares(robots), realities=legged["realities"],
-        legged_rows="\n".join(legged_rows),
+        legged_rows="\n".join(legged_rows), other_cases=_other_cases(legged),
     )  # fmt: skip
+
+
+def _other_cases(section: Figures) -> str:
+    """Which constants were measured on other cases than most."""
+    lines = []
+    for number, run in section["runs"].items():
+        if run.get("realities", section["realities"]) == section["realities"]:
+            continue
+        names = [name for name, row in section["constants"].items() if str(row["run"]) == number]
+        lines.append(
+            f"\n{_listed(names)}: on {sum(run['cases'].values())} other cases, in {run['realities']}; "
+            f"as they are: {_counts(run)}; {_shares(run)}.\n"
+        )
+    return "".join(lines)
 
 
 def _own_runs(section: Figures) -> dict[str, Figures]:

@@ -203,7 +203,7 @@ MISFIT_SHARE = Constant(
     DEVELOPMENT,
 )
 GAIN_SHARE = Constant(
-    0.02,
+    0.01,
     "share of what the chosen cause gains that is added to the temperature: how an effect looks is itself "
     "known to some percent",
     "on a simulator written apart: a cause was 5.7 % behind another that was named instead of it",

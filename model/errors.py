@@ -5,9 +5,25 @@ one of these before anything moves; a *fault* (late, corrupt, missing, hot) is a
 tick; a *stop* is a mode of the controller with a reason. See ``docs/architecture.md``.
 """
 
+from typing import Any
+
 
 class BigantError(Exception):
     """Base of every error of ours. Its text is one sentence that says what to do."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel between processes by text and attributes: errors are made of other arguments than these."""
+        return _remade, (type(self), self.args, self.__dict__)
+
+
+def _remade(
+    kind: type[BigantError], texts: tuple[object, ...], attributes: dict[str, object]
+) -> BigantError:
+    """Return an error that has travelled."""
+    error = kind.__new__(kind, *texts)
+    error.args = texts
+    error.__dict__.update(attributes)
+    return error
 
 
 class ConfigError(BigantError):

@@ -50,11 +50,15 @@ def main() -> None:
     # a row is compared with how answers were in its own run: engines change between runs
     runs = old.get("runs", {})
     number = len(runs) + 1
-    measured["runs"] = {**runs, str(number): measured["unchanged"]}
     rows = {name: {**row, "run": number} for name, row in measured["constants"].items()}
     measured["constants"] = {**old.get("constants", {}), **rows}
+    own = measured["unchanged"]
     if request.campaigns:
-        measured["realities"] = ", ".join(one.name for one in request.campaigns)
+        own = {**own, "realities": ", ".join(one.name for one in request.campaigns)}
+        if old:  # most rows are of the cases before
+            measured["unchanged"] = old["unchanged"]
+        measured["realities"] = old.get("realities", own["realities"])
+    measured["runs"] = {**runs, str(number): own}
     request.out.write_text(toml_text({**earlier, section: measured}, HEAD), encoding="utf-8")
 
 
