@@ -70,7 +70,7 @@ def in_order(
         with sound(path, message):
             recorded = decode_inputs(message.data, message.layout)
         if recorded.index != index:
-            notes.append(_gap_words(index, recorded.index))
+            notes.append(gap_words(index, recorded.index))
             return
         yield message, recorded
 
@@ -93,7 +93,8 @@ def servo_events(faults: Sequence[Fault], names: Sequence[str]) -> tuple[ServoEv
     return tuple(sorted(events, key=lambda event: event.kind is FaultKind.SERVO_DOWN))
 
 
-def _gap_words(expected: int, index: int) -> str:
+def gap_words(expected: int, index: int) -> str:
+    """Say what is wrong where a tick has another number than expected."""
     if index < expected:
         return "another run begins here (the log is merged): only the first is replayed"
     return (
