@@ -6,7 +6,7 @@ apart, and compared, tick by tick. The steps, and what comes out of them, are th
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, takewhile
 from pathlib import Path
 
 from model.errors import RecordError
@@ -17,6 +17,7 @@ from record.log.blocks.tick_inputs import inputs_of
 from record.log.blocks.tick_outputs import same_outputs
 from record.log.reader import TopicMessage, sound
 from record.log.tick_message import LAYOUT, TickInputs, decode_inputs, says_the_same
+from robot.control.ahead import Ahead
 from robot.control.controller import Controller
 from robot.control.state import ControllerState
 from robot.replay.step_through import gap_words, step_recorded
@@ -93,6 +94,7 @@ def step_in_blocks(
     while block := reader.block():
         recorded: list[TickInputs] = []
         ticks: list[Tick] = []
+        ahead = _ahead(controller, state, block)
         for place, message in enumerate(block.messages):
             inputs = block.inputs.get(place)
             if inputs is None:
@@ -101,7 +103,14 @@ def step_in_blocks(
             if inputs.index != index:
                 notes.append(gap_words(index, inputs.index))
                 break
-            state, tick = step_recorded(path, message, inputs, controller, state)
+            state, tick = step_recorded(
+                path,
+                message,
+                inputs,
+                controller,
+                state,
+                ahead[place] if place < len(ahead) else None,
+            )
             recorded.append(inputs)
             ticks.append(tick)
             index += 1
@@ -118,6 +127,15 @@ class _Block:
     messages: list[TopicMessage]
     inputs: dict[int, TickInputs]
     groups: list[tuple[list[int], Columns]]
+
+
+def _ahead(controller: Controller, state: ControllerState, block: _Block) -> list[Ahead]:
+    """What can be computed of a block's ticks beforehand, up to the first unusual one."""
+    usual = list(takewhile(block.inputs.__contains__, range(len(block.messages))))
+    if not usual:
+        return []
+    inputs = [block.inputs[place].inputs for place in usual]
+    return controller.ahead(state, inputs, block.inputs[0].t_ns)
 
 
 class _Reader:
