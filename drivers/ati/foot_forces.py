@@ -135,10 +135,10 @@ class ForceScales:
         Returns:
             None where a tick has none, and everywhere where a calibration file asks for the shafts' angles.
         """
-        found: list[FootForces | None] = [None] * len(records)
+        calibrated: list[FootForces | None] = [None] * len(records)
         places = [place for place, own in enumerate(records) if own]
         if not places or self._settings.calibration is not None:
-            return found
+            return calibrated
         newest = [records[place][-1] for place in places]
         counts = np.array([one.counts for one in newest], dtype=np.float64)
         usable = np.array([one.present for one in newest])
@@ -159,5 +159,5 @@ class ForceScales:
         readonly(force)
         readonly(whole)
         for row, (place, one) in enumerate(zip(places, newest, strict=True)):
-            found[place] = FootForces(one.t_ns, force[row], whole[row])
-        return found
+            calibrated[place] = FootForces(one.t_ns, force[row], whole[row])
+        return calibrated

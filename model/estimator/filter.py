@@ -32,10 +32,10 @@ from model.estimator.kalman import Kalman, MeasurementStack, Updated, mended, so
 from model.estimator.measurements import TURN
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood, no_answer, with_effects
 from model.estimator.process import ProcessStep
-from model.estimator.report import Believed, estimate, report
+from model.estimator.report import Answered, Believed, Observed, estimate, report
 from model.estimator.settings import EstimatorSettings, record_of
 from model.estimator.sources import ABSOLUTE
-from model.estimator.stride import stride
+from model.estimator.stride import Moment, stride
 from model.quasistatic import frame
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import (
@@ -174,9 +174,8 @@ class Estimator:
         held = held and not airborne
         model, companions, apart, step = None, state.companions, None, None
         if finite and not (held or airborne) and 0 < dt_s <= settings.longest_gap_s:
-            strode = stride(
-                state, feet, self.contact, self._record, inputs.added, dt_s, dead_legs, self._sensor_walk
-            )  # fmt: skip
+            moment = Moment(dt_s, dead_legs, self._sensor_walk)
+            strode = stride(state, feet, self.contact, self._record, inputs.added, moment)
             if strode is not None:
                 model, companions, apart, step = strode
         elif finite:
@@ -236,9 +235,11 @@ class Estimator:
             )
         elif refused:
             trouble.append(f"absolute poses contradict the estimate: {refused} in a row rejected")
-        said = report(
-            state, Believed(mean, believed, loaded), float(step.mean[YAW]), feet, heard, share,
-            model if model is not None else no_answer(self.legs), companions.pose_covariance, shake,
+        readout = report(
+            state, Believed(mean, believed, loaded, float(step.mean[YAW])),
+            Observed(feet, heard, share), Answered(
+                model if model is not None else no_answer(self.legs), companions.pose_covariance, shake
+            ),
             self.contact, self._record, airborne=airborne,
         )  # fmt: skip
         force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
@@ -270,8 +271,8 @@ class Estimator:
             step.transition,
             companions,
             used.sources,
-            said.forces,
-            said.balance,
+            readout.forces,
+            readout.balance,
             health.strain(used.sources) if learned else state.strain,
             shaking,
             shaft_zeros.learn(
@@ -286,7 +287,7 @@ class Estimator:
             t_ns if turning else state.gyro_ns,
         )
         height_m = float(model.rows[0, HEIGHT]) if model is not None else nan
-        return after, estimate(after, said, height_m, held, used, verdict)
+        return after, estimate(after, readout, height_m, held, used, verdict)
 
     def _without_stride(
         self,

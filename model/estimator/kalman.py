@@ -148,10 +148,10 @@ class Kalman:
         error = self._filter
         error.x, error.P = self._no_error, covariance
         error.update(left[:used], noise[:used, :used], seen[:used])
-        after, believed = np.empty(size), np.empty((size, size))
-        settle_kernel(mean, error.x, error.P, self._first_limited, self._limit, after, believed)
+        after, settled = np.empty(size), np.empty((size, size))
+        settle_kernel(mean, error.x, error.P, self._first_limited, self._limit, after, settled)
         return Updated(
-            after, believed, nis, readonly(source_nis), readonly(source_dof),
+            after, settled, nis, readonly(source_nis), readonly(source_dof),
             -0.5 * (nis + volume + used * LOG_TURN), used, rejects, in_a_row, readonly(normal), learned,
         )  # fmt: skip
 
@@ -195,7 +195,7 @@ def symmetric_kernel(covariance: FloatArray, half: FloatArray) -> None:
 @compiled
 def settle_kernel(
     mean: FloatArray, error: FloatArray, spread: FloatArray, first: int, limit: float,
-    after: FloatArray, believed: FloatArray,
+    after: FloatArray, settled: FloatArray,
 ) -> None:  # fmt: skip
     """Add the error that an update found to the mean, with limits, and make its covariance symmetric.
 
@@ -206,14 +206,14 @@ def settle_kernel(
         first: Place of the first state that is limited; all after it are.
         limit: Their largest size.
         after: Out: the mean now, (n,).
-        believed: Out: its covariance, (n, n).
+        settled: Out: its covariance, (n, n).
     """
     for i in range(mean.size):
         now = mean[i] + error[i]
         if i >= first and abs(now) > limit:  # what is no number stays none
             now = limit if now > 0.0 else -limit
         after[i] = now
-    symmetric_kernel(spread, believed)
+    symmetric_kernel(spread, settled)
 
 
 @compiled

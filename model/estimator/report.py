@@ -58,16 +58,52 @@ class Report(NamedTuple):
 
 
 class Believed(NamedTuple):
-    """A state after its measurements: mean, (n,), covariance, (n, n), and loaded feet, (N,)."""
+    """A state after its measurements.
+
+    Attributes:
+        mean: (n,).
+        covariance: (n, n).
+        contact: Loaded feet, (N,).
+        yaw: Before the measurements [rad].
+    """
 
     mean: FloatArray
     covariance: FloatArray
     contact: BoolArray
+    yaw: float
+
+
+class Observed(NamedTuple):
+    """What was measured in a tick.
+
+    Attributes:
+        feet: Of the tick, one behind the other in memory.
+        heard: Forces.
+        expected: The filter's forces over the weight, (N, 3).
+    """
+
+    feet: FootMotion
+    heard: Heard
+    expected: FloatArray
+
+
+class Answered(NamedTuple):
+    """What the model answers.
+
+    Attributes:
+        model: Its answer, NaN without one.
+        companions: Covariance of the pose by the companions, (3, 3).
+        shake: Variance that vibration adds to the velocity, (3,).
+    """
+
+    model: Neighbourhood
+    companions: FloatArray
+    shake: FloatArray
 
 
 def estimate(
     state: EstimatorState,
-    said: Report,
+    readout: Report,
     height_m: float,
     holding: bool,
     used: Updated,
@@ -77,7 +113,7 @@ def estimate(
 
     Args:
         state: After the tick.
-        said: What was read out of it.
+        readout: What was read out of it.
         height_m: Of the body over the ground; NaN without an answer.
         holding: Whether pose and parameters are held because nothing moves.
         used: How measurements fitted.
@@ -86,14 +122,14 @@ def estimate(
     mean, covariance, contact = state.mean, state.covariance, state.contact
     for mine in (mean, covariance, contact):
         mine.setflags(write=False)
-    mu, mu_sd, stiffness, stiffness_sd, share, share_sd = said.feet
-    pose_covariance, twist_covariance = said.body
+    mu, mu_sd, stiffness, stiffness_sd, share, share_sd = readout.feet
+    pose_covariance, twist_covariance = readout.body
     gyro = state.gyro_ns != NEVER
     # views, not copies
     return Estimate(
         state.t_ns, mean[:2], float(mean[YAW]), mean[VELOCITY], pose_covariance,
         state.companions.apart, twist_covariance, mean[BIAS], mu, mu_sd, stiffness, stiffness_sd,
-        said.force_n, said.spread, share, share_sd, said.tilt, height_m, contact, said.slipping,
+        readout.force_n, readout.spread, share, share_sd, readout.tilt, height_m, contact, readout.slipping,
         holding, used.nis, used.numbers, used.source_nis, used.source_dof, state.sources.scale,
         used.log_likelihood, used.innovation, state.rejects,
         nan if state.force_ns == NEVER else (state.t_ns - state.force_ns) * 1e-9,
@@ -107,13 +143,8 @@ def estimate(
 def report(
     before: EstimatorState,
     now: Believed,
-    yaw: float,
-    feet: FootMotion,
-    heard: Heard,
-    expected: FloatArray,
-    model: Neighbourhood,
-    companions: FloatArray,
-    shake: FloatArray,
+    observed: Observed,
+    answered: Answered,
     contact: ContactParameters,
     settings: Record,
     *,
@@ -124,17 +155,14 @@ def report(
     Args:
         before: State before the tick.
         now: State after it.
-        yaw: Before the measurements [rad].
-        feet: Of the tick, one behind the other in memory.
-        heard: Forces of the tick.
-        expected: The filter's forces over the weight, (N, 3).
-        model: Its answer, NaN without one.
-        companions: Covariance of the pose by the companions, (3, 3).
-        shake: Variance that vibration adds to the velocity, (3,).
+        observed: What was measured.
+        answered: What the model answers.
         contact: Leg springs and friction of the robot file.
         settings: Of ``record_of``.
         airborne: Whether the robot is picked up: what its feet will carry is then not known.
     """
+    feet, heard, expected = observed
+    model, companions, shake = answered
     legs, forces, known = len(contact.mu), before.forces, before.balance
     predicted, apart, agree = np.empty((legs, 3)), np.empty(2), np.empty(2)
     by_foot, body, tilt = np.empty((6, legs)), np.empty((2, 3, 3)), np.empty(2)
@@ -143,7 +171,7 @@ def report(
     compared = report_kernel(
         now.mean, now.covariance, contact.mu, contact.stiffness, contact.anisotropy, now.contact,
         model.rows, model.slip_B, companions, shake, settings, feet.position_m, feet.velocity_m_s,
-        forces.apart, forces.agree, heard.share if fresh else expected, fresh, expected, yaw,
+        forces.apart, forces.agree, heard.share if fresh else expected, fresh, expected, now.yaw,
         heard.total, known, by_foot, body, tilt, spread, slipping, predicted, apart, agree, together,
     )  # fmt: skip
     if airborne:

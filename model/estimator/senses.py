@@ -34,7 +34,7 @@ class Heard(NamedTuple):
     steady: bool = True
 
 
-class FeetSeen(NamedTuple):
+class TickFeet(NamedTuple):
     """Feet of a tick.
 
     Attributes:
@@ -134,7 +134,7 @@ def _nothing(legs: int) -> Heard:
     )
 
 
-def idle_since(state: EstimatorState, t_ns: int, feet: FeetSeen, heard: Heard) -> int:
+def idle_since(state: EstimatorState, t_ns: int, feet: TickFeet, heard: Heard) -> int:
     """Since when the feet stand still in the body under steady loads; -1 if they do not."""
     if not feet.still or (heard.fresh and not heard.steady):
         return NEVER
@@ -210,7 +210,7 @@ def expect_kernel(
             share[k, i] = rows[0, 6 + 3 * k + i] / weight
 
 
-def see(now: FootMotion, before: FootMotion, idle_speed: float) -> FeetSeen:
+def see(now: FootMotion, before: FootMotion, idle_speed: float) -> TickFeet:
     """Look at feet; those of silent encoders are held where they were last seen.
 
     Args:
@@ -227,12 +227,12 @@ def see(now: FootMotion, before: FootMotion, idle_speed: float) -> FeetSeen:
         feet = now
         if position is not now.position_m or velocity is not now.velocity_m_s:
             feet = FootMotion(position, velocity)
-        return FeetSeen(feet, _none(len(position)), 0, True, still)
+        return TickFeet(feet, _none(len(position)), 0, True, still)
     known = np.asarray(np.isfinite(np.hstack([position, velocity])).all(axis=1))
     position = np.where(known[:, None], position, before.position_m)
     velocity = np.where(known[:, None], velocity, 0.0)
     finite, still = feet_kernel(position, velocity, idle_speed)
-    return FeetSeen(
+    return TickFeet(
         FootMotion(position, velocity), ~known, int(np.count_nonzero(~known)), finite, still
     )
 

@@ -40,15 +40,27 @@ class Stride(NamedTuple):
     step: ProcessStep
 
 
+class Moment(NamedTuple):
+    """What else there is to a step.
+
+    Attributes:
+        dt_s: Its length, above 0 [s].
+        dead_legs: Legs without encoder.
+        drift: Of ``process.Beside``, (3,).
+    """
+
+    dt_s: float
+    dead_legs: int
+    drift: FloatArray
+
+
 def stride(
     state: EstimatorState,
     feet: FootMotion,
     contact: ContactParameters,
     settings: Record,
     added: AddedByEffects | None,
-    dt_s: float,
-    dead_legs: int,
-    drift: FloatArray,
+    moment: Moment,
 ) -> Stride | None:
     """Take the step that leads to a tick; None where the model has no answer.
 
@@ -58,10 +70,9 @@ def stride(
         contact: Stiffness and friction of the robot file.
         settings: Of ``record_of``.
         added: What effects add to the model's answer; None without any.
-        dt_s: Length of the step, above 0 [s].
-        dead_legs: Legs without encoder.
-        drift: Of ``process.Beside``.
+        moment: How long it takes, and what is not known in it.
     """
+    dt_s, dead_legs, drift = moment
     mean, before = state.mean, state.companions
     legs, size, signs = len(contact.mu), len(mean), design(len(contact.mu))
     robots, more = len(signs), added if added is not None else NOTHING_ADDED

@@ -75,26 +75,28 @@ def one_behind_the_other(values: Sequence[Any]) -> NDArray[Any]:
         return np.concatenate(values, axis=None)
 
 
-def estimate_columns(said: Sequence[Estimate]) -> Iterator[tuple[str, NDArray[Any] | list[str]]]:
+def estimate_columns(
+    estimates: Sequence[Estimate],
+) -> Iterator[tuple[str, NDArray[Any] | list[str]]]:
     """Yield the fields of estimates as ``write_estimate`` writes them, by their names in the message.
 
     Args:
-        said: B estimates of one robot.
+        estimates: B estimates of one robot.
 
     Yields:
         Name, and numbers with a row for each estimate, (B, ...), or texts.
     """
-    count = len(said)
+    count = len(estimates)
 
     def together(name: str) -> NDArray[Any]:
-        return one_behind_the_other(list(map(attrgetter(name), said))).reshape(count, -1)
+        return one_behind_the_other(list(map(attrgetter(name), estimates))).reshape(count, -1)
 
     def single(name: str) -> NDArray[Any]:
-        return np.array(list(map(attrgetter(name), said)))
+        return np.array(list(map(attrgetter(name), estimates)))
 
     yield "t_ns", single("t_ns")
-    yield "health", np.array([HEALTHS.index(one.health) for one in said])
-    yield "reason", [one.reason for one in said]
+    yield "health", np.array([HEALTHS.index(one.health) for one in estimates])
+    yield "reason", [one.reason for one in estimates]
     for name in ("holding", "nis_dof", "rejects"):
         yield name, single(name)
     planar = np.empty((count, 15))
@@ -114,7 +116,7 @@ def estimate_columns(said: Sequence[Estimate]) -> Iterator[tuple[str, NDArray[An
         yield name, together(name)
     yield "gyro_bias", single("gyro_bias_rad_s")
     yield "gyro_bias_sd", single("gyro_bias_sd")
-    yield "remark", [one.remark for one in said]
+    yield "remark", [one.remark for one in estimates]
     for name in ("source_nis", "source_dof", "noise_scale"):
         yield name, together(name)
 

@@ -53,9 +53,9 @@ class SteppedBlock:
             if places[-1] >= count:  # a gap ended the replay in the middle of the block
                 continue
             ticks = [self.ticks[place] for place in places]
-            said = same_outputs(columns, ticks, estimate=estimate)
-            for place, alike in zip(places, said.tolist(), strict=True):
-                same[place] = alike
+            alike = same_outputs(columns, ticks, estimate=estimate)
+            for place, one in zip(places, alike.tolist(), strict=True):
+                same[place] = one
         for place in [place for place, alike in enumerate(same) if not alike]:
             message, end = self.messages[place], self.recorded[place].end
             same[place] = says_the_same(
@@ -172,8 +172,8 @@ class _Reader:
         if all(message.layout == LAYOUT for message in messages):
             data = [message.data for message in messages]
             for places, columns in self._book.groups(data, self._machine):
-                found, own = inputs_of(columns), places.tolist()
-                if found is not None:
-                    inputs.update(zip(own, found, strict=True))
+                of_columns, own = inputs_of(columns), places.tolist()
+                if of_columns is not None:
+                    inputs.update(zip(own, of_columns, strict=True))
                 groups.append((own, columns))
         return _Block(messages, inputs, groups)

@@ -15,7 +15,7 @@ from model.estimator.kalman import sound
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
 from model.estimator.process import Beside, walking
 from model.estimator.settings import EstimatorSettings, Record, record_of
-from model.estimator.stride import Stride, stride
+from model.estimator.stride import Moment, Stride, stride
 from model.estimator.tolerance_kernel import COM_X, COM_Y, CREEP_M_S, OTHERS, SLOPE_X, SLOPE_Y
 from model.estimator.tolerances import Apart
 from model.quasistatic.frames import FrictionLaw, solve_frames
@@ -74,7 +74,7 @@ def answer(mean: FloatArray, feet: FootMotion, record: Record) -> Neighbourhood:
 def one_step(settings: EstimatorSettings) -> tuple[Neighbourhood, Companions, Apart]:
     mean, feet, record = some_mean(), some_feet(), record_of(settings, WEIGHT_N)
     state = replace(Estimator(CONTACT, WEIGHT_N, settings).initial(), mean=mean)
-    strode = stride(state, feet, CONTACT, record, None, STEP_S, 0, np.zeros(3))
+    strode = stride(state, feet, CONTACT, record, None, Moment(STEP_S, 0, np.zeros(3)))
     assert strode is not None
     return strode.model, strode.companions, strode.apart
 
@@ -170,7 +170,7 @@ def test_tolerances_of_nothing_spread_nothing(monkeypatch: pytest.MonkeyPatch) -
         )
 
     def alone(state: EstimatorState, *rest: Any) -> Stride | None:
-        feet, contact, record, _, dt_s, dead_legs, drift = rest
+        feet, contact, record, _, (dt_s, dead_legs, drift) = rest
         model = neighbourhood(state.mean, feet, contact, record)
         assert model is not None
         beside = Beside(_NOTHING.velocity_B, state.strain, drift)

@@ -1,6 +1,6 @@
 """Whether ticks say what a log holds, to the bit: outputs as a table of bytes beside the recorded one.
 
-What comes out is what ``says_the_same`` tells of each tick. Where this cannot tell, it says no; then each
+What comes out is what ``says_the_same`` tells of each tick. Where it is not certain, it says no; then each
 tick is to be asked by itself.
 """
 
@@ -70,11 +70,11 @@ def same_outputs(recorded: Columns, ticks: Sequence[Tick], *, estimate: bool = T
         estimate: Whether estimates are compared, too.
     """
     form = recorded.form
-    said = [tick.estimate for tick in ticks if tick.estimate is not None]
+    estimates = [tick.estimate for tick in ticks if tick.estimate is not None]
     nothing = np.zeros(len(ticks), dtype=bool)
     if form.counts["faults"] or any(tick.faults for tick in ticks):
         return nothing
-    if estimate and len(said) != form.counts["estimate"] * len(ticks):
+    if estimate and len(estimates) != form.counts["estimate"] * len(ticks):
         return nothing
     expected = _Expected(recorded)
     lay, texts = expected.numbers, expected.texts
@@ -87,8 +87,8 @@ def same_outputs(recorded: Columns, ticks: Sequence[Tick], *, estimate: bool = T
     lay("mode", np.array([tick.mode.value for tick in ticks]))
     lay("stop_reason", np.array([tick.stop_reason.value for tick in ticks]))
     end = len(HEADER) + form.begins["faults"] + NOTHING_BEHIND
-    if estimate and said:
-        lay_estimates(lay, texts, said)
+    if estimate and estimates:
+        lay_estimates(lay, texts, estimates)
         end = form.size
     begin = form.places["joints_t_ns"].at
     codes = [form.places[name].at for name in ("mode", "stop_reason")]
@@ -101,18 +101,18 @@ def same_outputs(recorded: Columns, ticks: Sequence[Tick], *, estimate: bool = T
     return same
 
 
-def same_estimates(recorded: Columns, said: Sequence[Estimate]) -> BoolArray:
+def same_estimates(recorded: Columns, estimates: Sequence[Estimate]) -> BoolArray:
     """Which estimates are certainly as recorded, (B,).
 
     Args:
         recorded: Messages of ticks.
-        said: Today's.
+        estimates: Today's.
     """
     form = recorded.form
     expected = _Expected(recorded)
     if form.counts["estimate"] != 1:
-        return np.zeros(len(said), dtype=bool)
-    lay_estimates(expected.numbers, expected.texts, said)
+        return np.zeros(len(estimates), dtype=bool)
+    lay_estimates(expected.numbers, expected.texts, estimates)
     begin = len(HEADER) + form.begins["estimate"]
     same: BoolArray = expected.same & (recorded.table[:, begin:] == expected.table[:, begin:]).all(
         axis=1
@@ -123,10 +123,10 @@ def same_estimates(recorded: Columns, said: Sequence[Estimate]) -> BoolArray:
 def lay_estimates(
     lay: Callable[[str, NDArray[Any]], None],
     texts: Callable[[str, Iterable[str]], None],
-    said: Sequence[Estimate],
+    estimates: Sequence[Estimate],
 ) -> None:
     """Lay the fields of estimates, one a tick."""
-    for name, values in estimate_columns(said):
+    for name, values in estimate_columns(estimates):
         if isinstance(values, list):
             texts(f"estimate.0.{name}", values)
         else:
