@@ -33,7 +33,8 @@ class Ahead(NamedTuple):
         forces: Forces of the newest record; None where there is none.
         times_ns: Of ``Senses``.
         angles_rad: Of ``Senses``.
-        feet: Unloaded feet.
+        feet: Unloaded feet, with speeds from the latest angles.
+        servo_feet: The same with the servos' own speeds.
         contact: The model's answer.
     """
 
@@ -43,6 +44,7 @@ class Ahead(NamedTuple):
     times_ns: IntArray
     angles_rad: FloatArray
     feet: FootMotion
+    servo_feet: FootMotion
     contact: ContactSolution
 
 
@@ -100,13 +102,17 @@ class LookAhead:
         rates = latest_rates(times_ns, angles_rad, window)
         feet = self._kinematics.feet(angles_rad[window - 1 :], rates)
         contacts = solve_frames_in_order(feet, self._contact, self._weight_n)
+        own = self._kinematics.feet(
+            angles_rad[window - 1 :], np.array([one.rate_rad_s for one in joints])
+        )
         forces = self._scales.of_newest([one.forces for one in inputs])
         shafts = [before.joints, *joints]
         return [
             Ahead(
                 shafts[k], shafts[k + 1], forces[k], times_ns[k : k + window],
                 angles_rad[k : k + window],
-                FootMotion(feet.position_m[k], feet.velocity_m_s[k]), contacts[k],
+                FootMotion(feet.position_m[k], feet.velocity_m_s[k]),
+                FootMotion(own.position_m[k], own.velocity_m_s[k]), contacts[k],
             )
             for k in range(count)
         ]  # fmt: skip

@@ -284,8 +284,9 @@ class Controller:
         memory, estimate = state.estimates.estimator, None
         if self._estimator is not None and memory is not None:
             memory, estimate = self._estimator.step(
-                memory, t_ns, senses.joints, senses.forces, inputs.poses, inputs.imu
-            )
+                memory, t_ns, senses.joints, senses.forces, inputs.poses, inputs.imu,
+                None if ahead is None else ahead.servo_feet,
+            )  # fmt: skip
         return Estimates(feet, contact, forces, dead_reckoning, estimate, memory, faults)
 
     def _model(
