@@ -9,6 +9,7 @@ gives the classical clock, whose acceleration has no limit and which ``gaits.lim
 """
 
 from functools import lru_cache
+from math import floor, isfinite
 
 import numpy as np
 
@@ -39,6 +40,7 @@ class BuehlerClock(DelayedLegs):
         super().__init__(parameters, legs)
         self._parameters = parameters
         self._speeds = lru_cache(maxsize=4)(self._speeds_at)
+        self._numbers = lru_cache(maxsize=4)(self._numbers_at)
 
     def _speeds_at(self, steer: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Sweep of each leg in stance [rad], its slow and its fast slope [rad a cycle], (N,) each."""
@@ -50,6 +52,8 @@ class BuehlerClock(DelayedLegs):
         p = self._parameters
         sweep, slow, fast = self._speeds(steer)
         leg_phase = self.leg_phase(phase)
+        if leg_phase.ndim == 1 and isfinite(phase):
+            return self._motion_now(leg_phase, steer)
         cycle = np.floor(leg_phase)
         x = leg_phase - cycle  # share of the leg's own period, touchdown at 0
         beyond = x - p.duty
@@ -73,6 +77,47 @@ class BuehlerClock(DelayedLegs):
                 slope = np.where(near, before + bend * y, slope)
                 curvature = np.where(near, bend, curvature)
         return ShaftMotion(angle + TURN * cycle + p.offset - sweep / 2, slope, curvature)
+
+    def _numbers_at(self, steer: float) -> list[tuple[float, ...]]:
+        """Slopes, sweep, duty and offset of each leg as plain numbers."""
+        p = self._parameters
+        sweep, slow, fast = self._speeds(steer)
+        return list(
+            zip(*(one.tolist() for one in (slow, fast, sweep, p.duty, p.offset)), strict=True)
+        )
+
+    def _motion_now(self, leg_phase: FloatArray, steer: float) -> ShaftMotion:
+        """``motion`` at one phase, to the bit: a few legs are sooner done one by one than as arrays."""
+        blend = self._parameters.blend
+        motions = []
+        for at, (slow, fast, sweep, duty, offset) in zip(
+            leg_phase.tolist(), self._numbers(steer), strict=True
+        ):
+            cycle = float(floor(at))
+            x = at - cycle
+            beyond = x - duty
+            angle, slope, curvature = slow * x, slow, 0.0
+            if not x < duty:
+                angle, slope = sweep + fast * beyond, fast
+            if min(abs(beyond), x, 1.0 - x) < blend / 2:
+                corners = (
+                    (duty, slow, fast, sweep),
+                    (0.0, fast, slow, 0.0),
+                    (1.0, fast, slow, TURN),
+                )
+                for corner, before, after, at_corner in corners:
+                    if abs(x - corner) < blend / 2:
+                        y = x - corner + blend / 2
+                        bend = (after - before) / blend
+                        angle = at_corner + before * (x - corner) + bend * (y * y) / 2
+                        slope, curvature = before + bend * y, bend
+            motions.append((angle + TURN * cycle + offset - sweep / 2, slope, curvature))
+        angles, slopes, curvatures = np.array(motions).T
+        return ShaftMotion(
+            np.ascontiguousarray(angles),
+            np.ascontiguousarray(slopes),
+            np.ascontiguousarray(curvatures),
+        )
 
     def peaks(self, steer: float) -> tuple[float, float]:
         """Return the largest slope and curvature; the curvature is infinite without blends."""

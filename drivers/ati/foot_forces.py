@@ -125,3 +125,39 @@ class ForceScales:
             valid.append(whole)
         force_n = readonly(np.array(forces).reshape(-1, 3))
         return FootForces(record.t_ns, force_n, readonly(np.array(valid)))
+
+    def of_newest(self, records: Sequence[Sequence[ForceRecord]]) -> list[FootForces | None]:
+        """Calibrate the newest record of each tick at once; the same numbers as ``forces``.
+
+        Args:
+            records: Of each tick, oldest first.
+
+        Returns:
+            None where a tick has none, and everywhere where a calibration file asks for the shafts' angles.
+        """
+        calibrated: list[FootForces | None] = [None] * len(records)
+        places = [place for place, own in enumerate(records) if own]
+        if not places or self._settings.calibration is not None:
+            return calibrated
+        newest = [records[place][-1] for place in places]
+        counts = np.array([one.counts for one in newest], dtype=np.float64)
+        usable = np.array([one.present for one in newest])
+        usable &= ~np.array([one.saturated for one in newest])
+        force = np.full((len(places), len(self._mounting), 3), np.nan)
+        numbered = zip(self._settings.transducers.tolist(), self._calibrations, strict=False)
+        for leg, (number, calibration) in enumerate(numbered):
+            if calibration is None or number < 1:
+                continue
+            c, s, up, (bx, by, bz) = self._mounting[leg]
+            fx, fy, fz = (counts[:, number - 1, :3] / calibration.counts_per_n).T
+            x, y = fx - bx, up * (fy - by)
+            force[:, leg, 0], force[:, leg, 1] = c * x - s * y, s * x + c * y
+            force[:, leg, 2] = up * (fz - bz)
+            force[~usable[:, number - 1], leg] = np.nan
+        whole = np.isfinite(force[..., 0] + force[..., 1] + force[..., 2])
+        force[~whole] = np.nan
+        readonly(force)
+        readonly(whole)
+        for row, (place, one) in enumerate(zip(places, newest, strict=True)):
+            calibrated[place] = FootForces(one.t_ns, force[row], whole[row])
+        return calibrated

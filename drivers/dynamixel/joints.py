@@ -78,3 +78,37 @@ def joint_state(readings: ServoReadings, settings: ServoBusSettings) -> JointSta
         rows[:, ~valid] = np.nan
     angle, rate, current, duty, voltage, temperature = readonly(rows)
     return JointState(readings.t_ns, angle, rate, current, duty, voltage, temperature, valid)
+
+
+def joint_states(readings: Sequence[ServoReadings], settings: ServoBusSettings) -> list[JointState]:
+    """``joint_state`` of many reads at once; the same numbers.
+
+    Args:
+        readings: B of them.
+        settings: How servos are mounted.
+    """
+    units = _units(settings)
+    rows, legs = units.shape
+
+    def together(name: str) -> IntArray:
+        return np.concatenate([getattr(one, name) for one in readings]).reshape(-1, legs)
+
+    counts = np.empty((len(readings), rows, legs), dtype=np.int64)
+    counts[:, 0] = together("position_ticks") - settings.zeros
+    for row, name in enumerate(
+        ("velocity_counts", "current_counts", "duty_counts", "voltage_counts", "temperature_c"),
+        start=1,
+    ):
+        counts[:, row] = together(name)
+    values = counts * units
+    values[:, DUTY] /= DUTY_FULL
+    for place in np.flatnonzero([False in one.valid.tolist() for one in readings]).tolist():
+        values[place][:, ~readings[place].valid] = np.nan
+    readonly(values)
+    joints = []
+    for one, own in zip(readings, values, strict=True):
+        angle, rate, current, duty, voltage, temperature = own
+        joints.append(
+            JointState(one.t_ns, angle, rate, current, duty, voltage, temperature, one.valid)
+        )
+    return joints

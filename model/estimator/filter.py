@@ -5,7 +5,7 @@ described in ``docs/odometry.md``; late samples are the business of ``model.esti
 """
 
 from dataclasses import replace
-from math import isfinite
+from math import isfinite, nan
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from model.estimator import (
     frame_kernel,
     gate_kernel,
     health,
-    output,
+    kalman,
     process,
     senses,
     shaft_zeros,
@@ -25,13 +25,17 @@ from model.estimator import (
     vibration,
 )
 from model.estimator import measurements as measure
+from model.estimator import neighbourhood as around
+from model.estimator import report as reports
+from model.estimator import stride as strides
 from model.estimator.kalman import Kalman, MeasurementStack, Updated, mended, sound
 from model.estimator.measurements import TURN
-from model.estimator.neighbourhood import Neighbourhood, neighbourhood, no_answer
-from model.estimator.process import Beside, ProcessStep
+from model.estimator.neighbourhood import Neighbourhood, neighbourhood, no_answer, with_effects
+from model.estimator.process import ProcessStep
+from model.estimator.report import Answered, Believed, Observed, estimate, report
 from model.estimator.settings import EstimatorSettings, record_of
 from model.estimator.sources import ABSOLUTE
-from model.estimator.tolerances import Apart
+from model.estimator.stride import Moment, stride
 from model.quasistatic import frame
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import (
@@ -44,7 +48,7 @@ from model.values.estimate import (
     SOURCES,
     TILT_BIAS,
     VELOCITY,
-    AddedByEffects,
+    YAW,
     Estimate,
     EstimatorState,
     OdometryInputs,
@@ -93,13 +97,16 @@ class Estimator:
         for module in (
             frame,
             frame_kernel,
-            sources,
             tolerance_kernel,
             process,
+            around,
+            strides,
+            senses,
+            health,
             measure,
-            output,
-            force_blend,
+            reports,
             gate_kernel,
+            kalman,
             shaft_zeros,
             vibration,
         ):
@@ -145,10 +152,10 @@ class Estimator:
             ModelError: Shapes do not fit.
         """
         self._check(inputs)
-        settings = self.settings
+        settings, t_ns = self.settings, inputs.t_ns
         trouble: list[str] = []
         first = state.t_ns == NEVER
-        dt_s = 0.0 if first else (inputs.t_ns - state.t_ns) * 1e-9
+        dt_s = 0.0 if first else (t_ns - state.t_ns) * 1e-9
         if dt_s < 0:
             trouble.append(f"time went back by {-dt_s:.3g} s")
             state = replace(
@@ -156,25 +163,27 @@ class Estimator:
             )  # they are times of a clock that is no more
         elif dt_s == 0 and not first:
             trouble.append("a tick came twice")
-        feet, dead = senses.bridged(inputs.feet, state.feet)
-        dead_legs = int(np.count_nonzero(dead))
+        feet, dead, dead_legs, finite, _ = seen = senses.see(
+            inputs.feet, state.feet, settings.idle_speed
+        )
         if dead_legs:
             trouble.append(f"no encoder reading from {dead_legs} of {self.legs} legs")
         heard, airborne = senses.hear(state, inputs, self.weight_n, settings)
-        model = None
-        if not dead_legs or senses.finite(feet):
-            model = neighbourhood(state.mean, feet, self.contact, self._record)
-            model = _with_effects(model, inputs.added)
-        idle_ns = senses.idle_since(state, inputs.t_ns, feet, heard, settings)
-        held = idle_ns != NEVER and (inputs.t_ns - idle_ns) * 1e-9 >= settings.idle_time_s
+        idle_ns = senses.idle_since(state, t_ns, seen, heard)
+        held = idle_ns != NEVER and (t_ns - idle_ns) * 1e-9 >= settings.idle_time_s
         held = held and not airborne
+        model, companions, apart, step = None, state.companions, None, None
+        if finite and not (held or airborne) and 0 < dt_s <= settings.longest_gap_s:
+            moment = Moment(dt_s, dead_legs, self._sensor_walk)
+            strode = stride(state, feet, self.contact, self._record, inputs.added, moment)
+            if strode is not None:
+                model, companions, apart, step = strode
+        elif finite:
+            model = neighbourhood(state.mean, feet, self.contact, self._record)
+            model = with_effects(model, inputs.added)
         serving = None if airborne else model
-        companions, apart = state.companions, None
-        if serving is not None and not held and 0 < dt_s <= settings.longest_gap_s:
-            companions, apart = tolerances.walk_along(
-                companions, state.mean, feet, self.contact, serving, self._record, dt_s
-            )
-        step = self._predict(state, serving, dt_s, dead_legs, apart, trouble)
+        if step is None:
+            step = self._without_stride(state, serving, dt_s, trouble)
         if airborne:
             trouble.append("picked up: the feet carry nothing")
         covariance = self._kalman.predict(state.covariance, step.transition, step.noise)
@@ -183,37 +192,40 @@ class Estimator:
         if _has_place(inputs):  # what lies between the companions is then corrected as all the rest
             covariance[POSE, POSE] += companions.pose_covariance
             companions = companions.gathered()
-        loaded = senses.contact(state, model, heard, self.weight_n, settings)
+        loaded, share = senses.expect(state, model, heard, self._record, airborne=airborne)
         # the model was solved at the parameters that the prediction leaves as they are
         answer = None if held else serving
         # no one knows what a robot in the hand would do, nor expects anything of one that stands
         solved = serving if serving is not None else no_answer(self.legs)
-        share = solved.force_n / self.weight_n
-        expected = no_answer(self.legs).force_n if held else share
         moved_by_hand = airborne or dt_s < 0 or dt_s > settings.longest_gap_s
         anchored = state.anchored and not moved_by_hand
-        if far := anchored and self._pose_is_far(inputs, step.mean, covariance):
+        far = anchored and self._pose_is_far(inputs, step.mean, covariance)
+        if far:
             inputs = replace(inputs, pose_W=None)
-        turn = float(inputs.yaw_rate_rad_s - step.mean[TURN] - step.mean[GYRO_BIAS])
+        turning = isfinite(inputs.yaw_rate_rad_s)
+        turn = nan
+        if turning:
+            turn = inputs.yaw_rate_rad_s - float(step.mean[TURN]) - float(step.mean[GYRO_BIAS])
         shaking = vibration.learn(state, inputs, feet, heard, turn, settings)
         shake = NO_SHAKE
         if answer is not None:
             shake = vibration.variance(shaking, answer, feet, self._record)
         measured = self._others(step.mean, inputs, answer, shake)
         if answer is not None and heard.use:
-            doubt = measure.doubt_of(expected - state.expected, dt_s, apart, settings)
+            doubt = measure.doubt_of(share, state.expected, dt_s, apart, self._record)
             forces = measure.feet_stack(
-                measure.Belief(step.mean, covariance, doubt), heard.share, feet, loaded & ~dead,
-                answer, self.contact.mu, self._record,
+                measure.Belief(step.mean, covariance, doubt), heard.share, feet,
+                loaded & ~dead if dead_legs else loaded, answer, self.contact.mu, self._record,
             )  # fmt: skip
             measured.insert(0, forces)
-        used = self._correct(step.mean, covariance, measured, state, inputs.t_ns)
+        used = self._correct(step.mean, covariance, measured, state, t_ns)
         mean, believed = used.mean, used.covariance
-        if not (sound(believed) and isfinite(np.vdot(mean, mean))):
+        if not (sound(believed) and isfinite(sum(mean.tolist()))):
             trouble.append("the covariance had to be repaired")
             mean = np.where(np.isfinite(mean), mean, state.mean)
             believed = mended(np.where(np.isfinite(believed), believed, state.covariance))
-        pose_used = _has_place(inputs) and not used.streak[ABSOLUTE, 0]
+        refused = int(used.streak[ABSOLUTE, 0])
+        pose_used = _has_place(inputs) and not refused
         far_poses = state.far_poses + 1 if far else state.far_poses
         if pose_used or not anchored:
             far_poses = 0
@@ -221,51 +233,49 @@ class Estimator:
             trouble.append(
                 f"absolute poses too far from the estimate (pose_limit): {far_poses} in a row not used"
             )
-        elif refused := int(used.streak[ABSOLUTE, 0]):
+        elif refused:
             trouble.append(f"absolute poses contradict the estimate: {refused} in a row rejected")
-        plain = force_blend.open_loop(feet, self.contact, self.weight_n)
-        predicted, compared = force_blend.predict(
-            state.forces,
-            heard.share if heard.fresh else None,
-            share,
-            plain,
-            self.weight_n,
-            settings,
-        )
+        readout = report(
+            state, Believed(mean, believed, loaded, float(step.mean[YAW])),
+            Observed(feet, heard, share), Answered(
+                model if model is not None else no_answer(self.legs), companions.pose_covariance, shake
+            ),
+            self.contact, self._record, airborne=airborne,
+        )  # fmt: skip
         force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
         answered = serving is not None or state.answer_ns == NEVER
-        answer_ns = inputs.t_ns if answered else state.answer_ns
+        answer_ns = t_ns if answered else state.answer_ns
         trouble += health.contradictions(used.sources, self.names)
         verdict = health.judge(state, inputs, force_ns, answer_ns, settings, trouble, self.names)
         learned = settings.adaptive and used.sources is not state.sources
         after = EstimatorState(
-            t_ns=inputs.t_ns,
-            mean=mean,
-            covariance=believed,
-            feet=feet,
-            force_ns=force_ns,
-            used_ns=inputs.t_ns if heard.use else state.used_ns,
-            share=heard.share[:, 2] if heard.fresh else state.share,
-            expected=expected,
-            contact=loaded,
-            rejected=used.streak,
-            rejects=state.rejects + used.rejects + far,
-            idle_ns=idle_ns,
-            answer_ns=answer_ns,
-            fine_ns=verdict.fine_ns,
-            lost=verdict.lost,
-            airborne=airborne,
-            anchored=(anchored or pose_used) and not (airborne or verdict.lost),
-            far_poses=far_poses,
-            before=(step.mean, covariance),
-            transition=step.transition,
-            companions=companions,
-            sources=used.sources,
-            forces=compared,
-            balance=health.balance(state, heard, step.mean, settings),
-            strain=health.strain(used.sources) if learned else state.strain,
-            vibration=shaking,
-            zeros=shaft_zeros.learn(
+            t_ns,
+            mean,
+            believed,
+            feet,
+            force_ns,
+            t_ns if heard.use else state.used_ns,
+            heard.share[:, 2].copy() if heard.fresh else state.share,
+            no_answer(self.legs).force_n if held else share,
+            loaded,
+            used.streak,
+            state.rejects + used.rejects + far,
+            idle_ns,
+            answer_ns,
+            verdict.fine_ns,
+            verdict.lost,
+            airborne,
+            (anchored or pose_used) and not (airborne or verdict.lost),
+            far_poses,
+            (step.mean, covariance),
+            step.transition,
+            companions,
+            used.sources,
+            readout.forces,
+            readout.balance,
+            health.strain(used.sources) if learned else state.strain,
+            shaking,
+            shaft_zeros.learn(
                 state.zeros,
                 heard,
                 share,
@@ -274,36 +284,27 @@ class Estimator:
                 inputs.shaft_rad_s,
                 settings.height_sd * float(solved.rows[0, HEIGHT]),
             ),
-            gyro_ns=inputs.t_ns if isfinite(inputs.yaw_rate_rad_s) else state.gyro_ns,
+            t_ns if turning else state.gyro_ns,
         )
-        answered_by = output.Answer(model, predicted, shake, held)
-        return after, output.estimate(after, self.contact, self._record, answered_by, used, verdict)
+        height_m = float(model.rows[0, HEIGHT]) if model is not None else nan
+        return after, estimate(after, readout, height_m, held, used, verdict)
 
-    def _predict(
+    def _without_stride(
         self,
         state: EstimatorState,
         model: Neighbourhood | None,
         dt_s: float,
-        dead_legs: int,
-        apart: Apart | None,
         trouble: list[str],
     ) -> ProcessStep:
-        """The step of the process that the moment calls for, and how an IMU's biases walk in it.
+        """The step of the process where the robot does not walk, and how an IMU's biases walk in it.
 
         Args:
             state: Before it.
             model: The model's answer; None without one.
             dt_s: Length of the step [s].
-            dead_legs: Legs without encoder.
-            apart: What the companions answered; None unless they walked along.
             trouble: What happens in it is added.
         """
         settings, mean = self.settings, state.mean
-        if model is not None and apart is not None:
-            beside = Beside(apart.velocity_B, state.strain, self._sensor_walk)
-            return process.walking(
-                mean, state.covariance, model, self._record, dt_s, dead_legs, beside
-            )
         if dt_s == 0:
             step = process.nothing(mean)
         elif dt_s < 0 or dt_s > settings.longest_gap_s:
@@ -327,6 +328,8 @@ class Estimator:
         t_ns: int,
     ) -> Updated:
         """Use what passes its gate."""
+        if not measured:
+            return self._kalman.update(mean, covariance, None, state.rejected, state.sources, t_ns)
         if state.rejected[ABSOLUTE, 0] >= self.settings.reject_limit:
             for part in measured:
                 if part.blocks[0, 1] == ABSOLUTE:
@@ -361,8 +364,8 @@ class Estimator:
         """What was measured beside the forces on the feet."""
         settings = self.settings
         stacks: list[MeasurementStack] = []
-        if model is not None:
-            tilt = (inputs.roll_rad, inputs.pitch_rad)
+        tilt = (inputs.roll_rad, inputs.pitch_rad)
+        if model is not None and (isfinite(tilt[0]) or isfinite(tilt[1])):
             stacks += measure.tilt_stacks(mean, tilt, model, settings)
         if isfinite(inputs.yaw_rate_rad_s):
             stacks.append(
@@ -372,17 +375,6 @@ class Estimator:
         if pose is not None:
             stacks.append(pose)
         return stacks
-
-
-def _with_effects(
-    model: Neighbourhood | None, added: AddedByEffects | None
-) -> Neighbourhood | None:
-    if model is None or added is None:
-        return model
-    changed = model._replace(rows=model.rows.copy())
-    changed.velocity_B[:] += added.velocity_B
-    changed.load_n[:] = np.maximum(model.load_n + added.load_n, 0.0)
-    return changed
 
 
 def _close_books(covariance: FloatArray) -> None:

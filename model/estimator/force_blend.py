@@ -7,13 +7,10 @@ the horizontal axes are the least squares of the last seconds, all of it the ope
 
 import numpy as np
 
-from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
-from model.estimator.settings import RECORD_S, EstimatorSettings
-from model.quasistatic.frame import frame_forces
+from model.compiled import compiled
+from model.quasistatic.frame import frame_kernel
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import ForceMemory
-from model.values.legs import FootMotion
-from model.values.parameters import ContactParameters
 
 PRIOR = 1e-5  # squared share of the weight by which they must differ before that counts
 
@@ -24,41 +21,48 @@ def at_start() -> ForceMemory:
     return ForceMemory(nothing, nothing)
 
 
-def open_loop(feet: FootMotion, contact: ContactParameters, weight_n: float) -> FloatArray:
-    """Forces of the robot file alone over the weight, (N, 3); NaN where it has no answer."""
-    share: FloatArray = frame_forces(feet, contact, weight_n) / weight_n
-    return share
-
-
-def predict(
-    before: ForceMemory,
-    measured: FloatArray | None,
-    filtered: FloatArray,
-    plain: FloatArray,
-    weight_n: float,
-    settings: EstimatorSettings,
-) -> tuple[FloatArray, ForceMemory]:
-    """Predict the forces of a tick, and compare both with a new record of them.
+@compiled
+def forces_kernel(
+    feet: FloatArray, feet_velocity: FloatArray, stiffness: FloatArray, mu: FloatArray,
+    anisotropy: FloatArray, weight: float, apart: FloatArray, agree: FloatArray,
+    measured: FloatArray, fresh: bool, filtered: FloatArray, new: float, predicted: FloatArray,
+    apart_now: FloatArray, agree_now: FloatArray,
+) -> bool:  # fmt: skip
+    """Solve the open loop, predict the forces of a tick, and compare both with a new record of them.
 
     Vertical forces are the filter's, which learns from them.
 
     Args:
-        before: What is known of both.
-        measured: Forces over the weight, (N, 3), NaN where there are none; None without a new record.
-        filtered: The filter's.
-        plain: Of ``open_loop``.
-        weight_n: The weight [N].
-        settings: Memory.
+        feet: Of ``frame_kernel``, (N, 3) [m], as are the next five.
+        feet_velocity: (N, 3) [m/s].
+        stiffness: (N,) [N/m].
+        mu: (N,).
+        anisotropy: (N, 2).
+        weight: [N].
+        apart: Of ``blend_kernel``, (2,), as are all that follow but the last three.
+        agree: (2,).
+        measured: (N, 3).
+        fresh: Whether they are there.
+        filtered: (N, 3).
+        new: Share of a record.
+        predicted: Out: the forces as they were known before the record, (N, 3) [N].
+        apart_now: Out: what is known now, (2,).
+        agree_now: Out: the same.
 
     Returns:
-        The forces as they were known before the record, (N, 3) [N]; what is known now.
+        Whether anything was learned.
     """
-    predicted, apart, agree = np.empty(plain.shape), np.empty(2), np.empty(2)
-    known = blend_kernel(
-        before.apart, before.agree, filtered if measured is None else measured, measured is not None,
-        filtered, plain, weight_n, RECORD_S / settings.learning_s, predicted, apart, agree,
-    )  # fmt: skip
-    return readonly(predicted), ForceMemory(readonly(apart), readonly(agree)) if known else before
+    count = mu.size
+    numbers, loaded = np.empty(6 + 6 * count), np.empty(count, dtype=np.bool_)
+    frame_kernel(feet, feet_velocity, stiffness, mu, anisotropy, weight, numbers, loaded)
+    plain = numbers[6 + 3 * count :].reshape(count, 3)
+    for k in range(count):
+        for i in range(3):
+            plain[k, i] = plain[k, i] / weight
+    known: bool = blend_kernel(
+        apart, agree, measured, fresh, filtered, plain, weight, new, predicted, apart_now, agree_now
+    )
+    return known
 
 
 @compiled
@@ -67,7 +71,7 @@ def blend_kernel(
     plain: FloatArray, weight: float, new: float, predicted: FloatArray, apart_now: FloatArray,
     agree_now: FloatArray,
 ) -> bool:  # fmt: skip
-    """Predict forces, and compare with a new record: the arguments of ``predict``.
+    """Predict forces, and compare with a new record.
 
     Args:
         apart: What is known, of ``ForceMemory``, (2,).
@@ -112,8 +116,3 @@ def blend_kernel(
     agree_now[0] = (1.0 - new) * agree[0] + new * product0
     agree_now[1] = (1.0 - new) * agree[1] + new * product1
     return known
-
-
-def prepare() -> None:
-    """Load or make the machine code now, so that no tick has to wait for it."""
-    compile_for(blend_kernel, *given(1, 1, 2), FLAG, *given(2, 2), NUMBER, NUMBER, *out(2, 1, 1))

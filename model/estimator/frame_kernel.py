@@ -12,7 +12,7 @@ import numpy as np
 from model.compiled import compile_for, compiled, given, out
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.support.kernel import ROWS, support_kernel
-from model.traction.coulomb_frame import balance_frame
+from model.traction.coulomb_frame import balance_frame, balance_space
 from model.traction.coulomb_kernel import FootLaw
 from model.traction.kernel import (
     CREEP_SPEED_M_S,
@@ -179,6 +179,7 @@ def neighbourhood_kernel(
     ansatz = np.empty(3), np.empty((count, 2)), np.empty((count, 2))
     rest, rested = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
     exact, nothing = FootLaw(coulomb, 0.0, 1.0, 1.0, 1.0), np.empty(0)
+    space = balance_space(count)
     share, scale, dx, dy = 1.0, 1.0, 0.0, 0.0
     # the frame, then K, mu and foot speeds stepped: one loop, so that there is one copy of the solvers
     for number in range(1 + 3 * count):
@@ -229,8 +230,9 @@ def neighbourhood_kernel(
             # with several feet at rest no force is taken from here: ``_slip_share`` is 0
             creep = warm and share > 0.0
             reason, _ = balance_frame(
-                work, carried, grip, exact, nothing, side[:0], warm, twist, side, pull, rest, creep
-            )
+                work, carried, grip, exact, nothing, side[:0], warm, twist, side, pull, rest, creep,
+                space,
+            )  # fmt: skip
         else:
             reason = traction_kernel(work, carried, grip, twist, side, pull)
         if reason != 0:

@@ -6,12 +6,91 @@ standard deviation: then S is a matrix of correlations, which has an inverse wha
 
 import numpy as np
 
-from model.compiled import COUNT, NUMBER, compile_for, compiled, given, out
-from model.estimator.sources import FORCE, LOAD, NO_SOURCE
+from model.compiled import COUNT, compile_for, compiled, given, out
+from model.estimator.settings import EstimatorSettings, Record, record_of
+from model.estimator.sources import FORCE, LOAD, NO_SOURCE, learn_kernel, place_kernel
 from model.values.arrays import FloatArray, IntArray
 
 MOST_AT_A_GATE = 4.0  # variance over that of the settings
 FARTHEST = 1e100  # normalised innovation squared of what no noise explains
+
+
+@compiled
+def weigh_kernel(
+    innovation: FloatArray, rows: FloatArray, variance: FloatArray, gates: FloatArray,
+    blocks: IntArray, spread: FloatArray, t_ns: int, settings: Record, heard_before: IntArray,
+    product_before: FloatArray, normal_before: FloatArray, last_before: FloatArray,
+    bias_before: FloatArray, misfit_before: FloatArray, scale_before: FloatArray,
+    colour_before: FloatArray, streak_before: IntArray, heard_ns: IntArray, product: FloatArray,
+    mean_normal: FloatArray, last: FloatArray, bias: FloatArray, misfit: FloatArray,
+    scale: FloatArray, colour: FloatArray, streak: IntArray, left: FloatArray, noise: FloatArray,
+    seen: FloatArray, normal: FloatArray, nis: FloatArray, dof: IntArray, spare: IntArray,
+) -> tuple[int, int, float, float]:  # fmt: skip
+    """Gate a measurement, and learn what its sources are worth: what comes before an update, in one call.
+
+    Args:
+        innovation: Of ``gate_kernel``, as are the next five.
+        rows: (m, n).
+        variance: (m,).
+        gates: (B,).
+        blocks: (B, 3).
+        spread: (m, m).
+        t_ns: Time of the tick.
+        settings: Of ``record_of``.
+        heard_before: The memory of sources before, eight arrays, of ``learn_kernel``.
+        product_before: (S,).
+        normal_before: (S,).
+        last_before: Of each number.
+        bias_before: Of each number.
+        misfit_before: (S,).
+        scale_before: (S,).
+        colour_before: (S,).
+        streak_before: Rejections in a row, (S, N).
+        heard_ns: Out: the memory now, with the next seven.
+        product: Out.
+        mean_normal: Out.
+        last: Out.
+        bias: Out.
+        misfit: Out.
+        scale: Out.
+        colour: Out.
+        streak: Out: rejections in a row now, (S, N).
+        left: Out: of ``gate_kernel``, with the next five.
+        noise: Out: (m, m).
+        seen: Out: (m, n).
+        normal: Out: (N, 3).
+        nis: Out: (S,).
+        dof: Out: (S,).
+        spare: Work space, (3, m).
+
+    Returns:
+        What ``gate_kernel`` returns.
+    """
+    count, legs = innovation.size, streak.shape[1]
+    source, place, chosen = spare[0], spare[1], spare[2]
+    expected = np.empty(count)
+    place_kernel(blocks, legs, source, place)
+    for kind in range(streak.shape[0]):
+        nis[kind] = np.nan
+        for leg in range(legs):
+            streak[kind, leg] = streak_before[kind, leg]
+    for leg in range(legs):
+        normal[leg, 0], normal[leg, 1], normal[leg, 2] = np.nan, np.nan, np.nan
+    for i in range(count):
+        for j in range(count):
+            noise[i, j] = 0.0
+    setting = settings[0]
+    rejects, used, fit, volume = gate_kernel(
+        innovation, rows, variance, gates, blocks, spread, source, scale_before, colour_before,
+        setting["least_weight"], int(setting["reject_limit"]), streak, expected, left, noise, seen,
+        normal, nis, dof, chosen,
+    )  # fmt: skip
+    learn_kernel(
+        source, place, innovation, expected, variance, t_ns, settings, heard_before, product_before,
+        normal_before, last_before, bias_before, misfit_before, scale_before, colour_before, heard_ns,
+        product, mean_normal, last, bias, misfit, scale, colour,
+    )  # fmt: skip
+    return rejects, used, fit, volume
 
 
 @compiled
@@ -177,7 +256,10 @@ def _fit(
 
 def prepare() -> None:
     """Load or make the machine code now, so that no tick has to wait for it."""
+    settings = record_of(EstimatorSettings(), 1.0)
     compile_for(
-        gate_kernel, *given(1, 2, 1, 1), *given(2, kind=COUNT), *given(2), *given(1, kind=COUNT),
-        *given(1, 1), NUMBER, COUNT, *out(2, kind=COUNT), *out(1, 1, 2, 2, 2, 1), *out(1, 1, kind=COUNT),
+        weigh_kernel, *given(1, 2, 1, 1), *given(2, kind=COUNT), *given(2), COUNT, settings,
+        *given(1, kind=COUNT), *given(1, 1, 1, 1, 1, 1, 1), *given(2, kind=COUNT),
+        *out(1, kind=COUNT), *out(1, 1, 1, 1, 1, 1, 1), *out(2, kind=COUNT), *out(1, 2, 2, 2, 1),
+        *out(1, kind=COUNT), *out(2, kind=COUNT),
     )  # fmt: skip

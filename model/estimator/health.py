@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.estimator.senses import Heard
-from model.estimator.settings import RECORD_S, EstimatorSettings
+from model.compiled import compile_for, compiled, given
+from model.estimator.settings import EstimatorSettings
 from model.estimator.shaft_zeros import NO_LEG
 from model.estimator.sources import FORCE, GYRO, LOAD, TILT
 from model.values.arrays import FloatArray, readonly
@@ -20,7 +20,6 @@ from model.values.estimate import (
     BETWEEN,
     FIXED,
     NEVER,
-    YAW,
     EstimatorState,
     Health,
     OdometryInputs,
@@ -62,27 +61,31 @@ class HealthVerdict(NamedTuple):
     remark: str
 
 
-def balance(
-    before: EstimatorState, heard: Heard, mean: FloatArray, settings: EstimatorSettings
-) -> FloatArray:
-    """Mean of all forces together over the weight, axes of the estimate's frame, and of how many, (4,).
+@compiled
+def balance_kernel(
+    share: FloatArray, total: float, yaw: float, before: FloatArray, least: float, after: FloatArray
+) -> None:
+    """Take a record of forces into the mean of all forces together.
 
     Args:
-        before: State with the mean so far.
-        heard: Forces of the tick.
-        mean: State of the filter, (n,).
-        settings: Memory.
+        share: Forces of all feet over their sum, (N, 3).
+        total: That sum over the weight.
+        yaw: [rad].
+        before: Of ``EstimatorState.balance``, (4,).
+        least: Least share of a record in the mean; at first, all records count alike.
+        after: Out: the mean with this record, (4,).
     """
-    if not (heard.fresh and heard.whole):
-        return before.balance
-    x, y, _ = np.add.reduce(heard.share).tolist()
-    c, s = cos(mean[YAW]), sin(mean[YAW])
-    *known, records = before.balance.tolist()
-    count = records + 1.0
-    part = max(RECORD_S / settings.learning_s, 1.0 / count)  # at first, all records count alike
-    now = (c * x - s * y, s * x + c * y, heard.total)
-    after = [(1.0 - part) * old + part * new for old, new in zip(known, now, strict=True)]
-    return readonly(np.array([*after, count]))
+    x, y = share[0, 0], share[0, 1]
+    for k in range(1, share.shape[0]):
+        x += share[k, 0]
+        y += share[k, 1]
+    c, s = cos(yaw), sin(yaw)
+    count = before[3] + 1.0
+    part = max(least, 1.0 / count)
+    after[0] = (1.0 - part) * before[0] + part * (c * x - s * y)
+    after[1] = (1.0 - part) * before[1] + part * (s * x + c * y)
+    after[2] = (1.0 - part) * before[2] + part * total
+    after[3] = count
 
 
 def strain(sources: SourceMemory) -> FloatArray:
@@ -154,15 +157,39 @@ def judge(
 
 def remarks(state: EstimatorState, names: Sequence[str]) -> str:
     """Say what of the robot file or the ground does not agree with the measurements."""
+    zeros = state.zeros.suspected
+    if not notable_kernel(state.mean, state.balance, state.sources.bias) and zeros == NO_LEG:
+        return ""
     largest = max(map(abs, state.mean[FIXED:].tolist()))
     return BETWEEN.join(
         (
             *_of_forces(state.balance),
-            *(_of_zeros(state, names) if state.zeros.suspected != NO_LEG else ()),
+            *(_of_zeros(state, names) if zeros != NO_LEG else ()),
             *(_of_legs(state, names) if largest > LOG_RATIO else ()),
             *_of_loads(state, names),
         )
     )
+
+
+@compiled
+def notable_kernel(mean: FloatArray, balance: FloatArray, bias: FloatArray) -> bool:
+    """Whether parameters, (n,), all forces, (4,), or mean innovations may ask for a remark."""
+    legs = (mean.size - FIXED) // 2
+    for i in range(FIXED, mean.size):
+        if abs(mean[i]) > LOG_RATIO:
+            return True
+    for k in range(legs):
+        if abs(bias[k]) > LOAD_SHARE:
+            return True
+    if balance[3] < ENOUGH:
+        return False
+    steep: bool = hypot(balance[0], balance[1]) > LEAST_SLOPE
+    return steep or abs(balance[2] - 1.0) > WEIGHT_SHARE
+
+
+def prepare() -> None:
+    """Load or make the machine code now, so that no tick has to wait for it."""
+    compile_for(notable_kernel, *given(1, 1, 1))
 
 
 def _of_forces(forces: FloatArray) -> Iterator[str]:

@@ -12,14 +12,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from model.compiled import COUNT, NUMBER, compile_for, compiled, given, out
 from model.estimator import sources as source
 from model.estimator.filterpy_filter import kalman_filter_class
-from model.estimator.gate_kernel import gate_kernel
+from model.estimator.gate_kernel import weigh_kernel
 from model.estimator.settings import EstimatorSettings, record_of
 from model.values.arrays import FloatArray, IntArray, readonly
 from model.values.estimate import SOURCES, SourceMemory
 
 LOG_TURN = log(tau)
+CLEAR = 1e-7  # share of a variance that is left by what is known of others, far above rounding
 
 
 class MeasurementStack(NamedTuple):
@@ -127,35 +129,30 @@ class Kalman:
         """
         if stack is None:
             return _unused(mean, covariance, 0, streak, sources)
-        streak, legs = streak.copy(), streak.shape[1]
         count, size = stack.rows.shape
-        where = source.places(stack.blocks, count, legs)
         spread = stack.rows @ covariance @ stack.rows.T
-        expected, left, seen = np.empty(count), np.empty(count), np.empty((count, size))
-        noise, normal = np.zeros((count, count)), np.full((legs, 3), np.nan)
-        source_nis, source_dof = (
-            np.full(len(SOURCES), np.nan),
-            np.empty(len(SOURCES), dtype=np.int64),
-        )
-        rejects, used, nis, volume = gate_kernel(
-            *stack, spread, where.source, sources.scale, sources.colour, self._settings.least_weight,
-            self._reject_limit, streak, expected, left, noise, seen, normal, source_nis, source_dof,
-            np.empty(count, dtype=np.int64),
+        now, legs, kinds = source.room_for(sources), streak.shape[1], len(SOURCES)
+        left, seen, noise = np.empty(count), np.empty((count, size)), np.empty((count, count))
+        in_a_row, normal = np.empty((kinds, legs), np.int64), np.empty((legs, 3))
+        source_nis, source_dof = np.empty(kinds), np.empty(kinds, np.int64)
+        rejects, used, nis, volume = weigh_kernel(
+            *stack, spread, t_ns, self._record, sources.t_ns, sources.product, sources.normal,
+            sources.last, sources.bias, sources.misfit, sources.scale, sources.colour, streak,
+            now.t_ns, now.product, now.normal, now.last, now.bias, now.misfit, now.scale, now.colour,
+            in_a_row, left, noise, seen, normal, source_nis, source_dof,
+            np.empty((3, count), np.int64),
         )  # fmt: skip
-        learned = source.learn(
-            sources, where, stack.innovation, expected, stack.variance, t_ns, self._record
-        )
+        learned = source.closed(now)
         if not used:
-            return _unused(mean, covariance, rejects, streak, learned)
+            return _unused(mean, covariance, rejects, in_a_row, learned)
         error = self._filter
         error.x, error.P = self._no_error, covariance
         error.update(left[:used], noise[:used, :used], seen[:used])
-        after = mean + error.x
-        limited = after[self._first_limited :]
-        np.minimum(np.maximum(limited, -self._limit, out=limited), self._limit, out=limited)
+        after, settled = np.empty(size), np.empty((size, size))
+        settle_kernel(mean, error.x, error.P, self._first_limited, self._limit, after, settled)
         return Updated(
-            after, symmetric(error.P), nis, readonly(source_nis), readonly(source_dof),
-            -0.5 * (nis + volume + used * LOG_TURN), used, rejects, streak, readonly(normal), learned,
+            after, settled, nis, readonly(source_nis), readonly(source_dof),
+            -0.5 * (nis + volume + used * LOG_TURN), used, rejects, in_a_row, readonly(normal), learned,
         )  # fmt: skip
 
 
@@ -182,13 +179,70 @@ def _not_measured(legs: int) -> FloatArray:
 
 def symmetric(covariance: FloatArray) -> FloatArray:
     """Mean of a matrix and its transpose: rounding must not add up."""
-    half: FloatArray = covariance + covariance.T
-    half *= 0.5
+    half = np.empty(covariance.shape)
+    symmetric_kernel(covariance, half)
     return half
+
+
+@compiled
+def symmetric_kernel(covariance: FloatArray, half: FloatArray) -> None:
+    """Fill the mean of a matrix and its transpose, (n, n)."""
+    for i in range(half.shape[0]):
+        for j in range(i + 1):
+            half[i, j] = half[j, i] = (covariance[i, j] + covariance[j, i]) * 0.5
+
+
+@compiled
+def settle_kernel(
+    mean: FloatArray, error: FloatArray, spread: FloatArray, first: int, limit: float,
+    after: FloatArray, settled: FloatArray,
+) -> None:  # fmt: skip
+    """Add the error that an update found to the mean, with limits, and make its covariance symmetric.
+
+    Args:
+        mean: (n,).
+        error: (n,).
+        spread: Covariance as the update left it, (n, n).
+        first: Place of the first state that is limited; all after it are.
+        limit: Their largest size.
+        after: Out: the mean now, (n,).
+        settled: Out: its covariance, (n, n).
+    """
+    for i in range(mean.size):
+        now = mean[i] + error[i]
+        if i >= first and abs(now) > limit:  # what is no number stays none
+            now = limit if now > 0.0 else -limit
+        after[i] = now
+    symmetric_kernel(spread, settled)
+
+
+@compiled
+def sound_kernel(covariance: FloatArray, factor: FloatArray) -> bool:
+    """Whether a covariance is positive definite beyond doubt: no pivot is anywhere near rounding.
+
+    Args:
+        covariance: (n, n).
+        factor: Work space, (n, n).
+    """
+    size = covariance.shape[0]
+    for i in range(size):
+        for j in range(i, size):
+            factor[i, j] = covariance[i, j]
+    for k in range(size):
+        pivot = factor[k, k]
+        if not CLEAR * covariance[k, k] < pivot < np.inf:
+            return False
+        for i in range(k + 1, size):
+            share = factor[k, i] / pivot
+            for j in range(i, size):
+                factor[i, j] -= share * factor[k, j]
+    return True
 
 
 def sound(covariance: FloatArray) -> bool:
     """Whether a covariance is finite and positive definite."""
+    if sound_kernel(covariance, np.empty(covariance.shape)):
+        return True
     if not isfinite(np.vdot(covariance, covariance)):
         return False
     # turned over it is the same matrix, with its numbers where LAPACK looks for them
@@ -209,3 +263,10 @@ def mended(covariance: FloatArray) -> FloatArray:
     floor = max(1e-14, 1e-12 * float(values[-1]))
     mended_one: FloatArray = (vectors * np.maximum(values, floor)) @ vectors.T
     return symmetric(mended_one)
+
+
+def prepare() -> None:
+    """Load or make the machine code now, so that no tick has to wait for it."""
+    compile_for(symmetric_kernel, *given(2), *out(2))
+    compile_for(settle_kernel, *given(1, 1, 2), COUNT, NUMBER, *out(1, 2))
+    compile_for(sound_kernel, *given(2), *out(2))

@@ -4,12 +4,13 @@ A measurement is a stack of blocks (one leg's load, one leg's horizontal force, 
 passes a gate of its own before all that passed are used at once.
 """
 
+from functools import cache
 from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import COUNT, FLAG, compile_for, compiled, given, out
+from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, given, out
 from model.estimator.kalman import MeasurementStack
 from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.settings import EstimatorSettings, Record, record_of
@@ -275,24 +276,45 @@ def feet_stack_kernel(
 
 
 def doubt_of(
-    change: FloatArray, dt_s: float, apart: Apart | None, settings: EstimatorSettings
+    expected: FloatArray, before: FloatArray, dt_s: float, apart: Apart | None, settings: Record
 ) -> FloatArray:
     """Noise of forces by what tolerances do to loads, and a wrong time to all, (N, 3).
 
     Args:
-        change: Of the forces expected, over the weight, since the tick before, (N, 3).
+        expected: Forces over the weight, (N, 3).
+        before: The same in the tick before; NaN where nothing was expected.
         dt_s: Time since that tick [s].
-        apart: What companions answered.
-        settings: How late forces may be.
+        apart: What companions answered; None if they were not asked.
+        settings: Of ``record_of``: how late forces may be.
     """
-    doubt: FloatArray = np.zeros(change.shape)
-    if dt_s > 0:
-        doubt = np.square(settings.delay_sd / dt_s * change)
-        doubt[np.isnan(doubt)] = 0.0
-    if apart is not None:
-        # one with an error up and one with it down: half the second moment is the variance of both
-        doubt[:, 2] += 0.5 * np.add.reduce(np.square(apart.load_share))
+    doubt = np.empty(expected.shape)
+    share = apart.load_share if apart is not None else _nobody(len(expected))
+    doubt_kernel(expected, before, dt_s, share, settings, doubt)
     return doubt
+
+
+@cache
+def _nobody(legs: int) -> FloatArray:
+    """Loads of no companions."""
+    return np.empty((0, legs))
+
+
+@compiled
+def doubt_kernel(
+    expected: FloatArray, before: FloatArray, dt_s: float, apart: FloatArray, settings: Record,
+    doubt: FloatArray,
+) -> None:  # fmt: skip
+    """Fill the noise of forces, (N, 3): the arguments of ``doubt_of``, with loads of companions, (M, N)."""
+    late = settings[0]["delay_sd"] / dt_s if dt_s > 0.0 else 0.0
+    for k in range(doubt.shape[0]):
+        for i in range(3):
+            moved = late * (expected[k, i] - before[k, i])
+            doubt[k, i] = moved * moved if moved == moved else 0.0
+        square = 0.0
+        for robot in range(apart.shape[0]):
+            square += apart[robot, k] * apart[robot, k]
+        # one with an error up and one with it down: half the second moment is the variance of both
+        doubt[k, 2] += 0.5 * square
 
 
 def prepare() -> None:
@@ -302,3 +324,4 @@ def prepare() -> None:
         feet_stack_kernel, *given(1, 2, 2, 2, 2), *given(1, kind=FLAG), *given(2, 1, 1), settings,
         *given(2), *out(1, 2, 1, 1), *out(2, kind=COUNT),
     )  # fmt: skip
+    compile_for(doubt_kernel, *given(2, 2), NUMBER, *given(2), settings, *out(2))

@@ -5,9 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from model.compiled import compile_for, compiled, given, out
 from model.estimator.frame_kernel import neighbourhood_kernel
 from model.estimator.settings import Record
 from model.values.arrays import FloatArray, readonly
+from model.values.estimate import AddedByEffects
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
 
@@ -79,3 +81,25 @@ def neighbourhood(
         contact.stiffness, contact.mu, contact.anisotropy, settings, *answer,
     )  # fmt: skip
     return answer if reason == 0 else None
+
+
+def with_effects(model: Neighbourhood | None, added: AddedByEffects | None) -> Neighbourhood | None:
+    """The answer with what effects add to it."""
+    if model is not None and added is not None:
+        add_effects(model.rows, added.velocity_B, added.load_n)
+    return model
+
+
+@compiled
+def add_effects(rows: FloatArray, velocity: FloatArray, load_n: FloatArray) -> None:
+    """Add to rows of ``Neighbourhood``, in place, what effects add: (3,) and (N,)."""
+    for i in range(3):
+        rows[0, i] += velocity[i]
+    for k in range(load_n.size):
+        load = rows[0, 8 + 3 * k] + load_n[k]
+        rows[0, 8 + 3 * k] = load if load > 0.0 or load != load else 0.0
+
+
+def prepare() -> None:
+    """Load or make the machine code now, so that no tick has to wait for it."""
+    compile_for(add_effects, *out(2), *given(1, 1))

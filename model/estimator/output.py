@@ -1,111 +1,14 @@
-"""From the estimator's state to its estimate: health, covariances, parameters, predicted foot forces."""
-
-from math import sqrt
-from typing import NamedTuple
+"""From the estimator's state to numbers: covariances, parameters, what is expected of feet; compiled."""
 
 import numpy as np
 
-from model.compiled import FLAG, compile_for, compiled, given, out
+from model.compiled import compiled
 from model.estimator.frame_kernel import lay_parameters
-from model.estimator.health import HealthVerdict
-from model.estimator.kalman import Updated
-from model.estimator.neighbourhood import Neighbourhood, no_answer
-from model.estimator.settings import EstimatorSettings, Record, record_of
-from model.values.arrays import BoolArray, FloatArray, readonly
-from model.values.estimate import (
-    BIAS,
-    FIXED,
-    GYRO_BIAS,
-    NEVER,
-    SCALE,
-    VELOCITY,
-    YAW,
-    Estimate,
-    EstimatorState,
-)
-from model.values.parameters import ContactParameters
+from model.estimator.settings import Record
+from model.values.arrays import BoolArray, FloatArray
+from model.values.estimate import FIXED, SCALE
 
 MU, MU_SD, STIFFNESS, STIFFNESS_SD, SHARE, SHARE_SD = range(6)  # rows of what is read out
-
-
-class Answer(NamedTuple):
-    """What the model answers at a tick.
-
-    Attributes:
-        model: Its answer at the state's parameters; None without one.
-        force_n: Predicted forces, (N, 3); NaN where no foot carries the robot.
-        shake: Variance that vibration adds to the velocity, (3,).
-        holding: Whether pose and parameters are held because nothing moves.
-    """
-
-    model: Neighbourhood | None
-    force_n: FloatArray
-    shake: FloatArray
-    holding: bool
-
-
-def estimate(
-    state: EstimatorState,
-    contact: ContactParameters,
-    settings: Record,
-    answer: Answer,
-    used: Updated,
-    verdict: HealthVerdict,
-) -> Estimate:
-    """Read out a state after a step; its arrays are not to be written to from then on."""
-    legs = len(contact.mu)
-    mean, covariance = readonly(state.mean), readonly(state.covariance)
-    model = answer.model if answer.model is not None else no_answer(legs)
-    feet, body, tilt = np.empty((6, legs)), np.empty((2, 3, 3)), np.empty(2)
-    spread, slipping = np.empty((legs, 3, 3)), np.empty(legs, dtype=np.bool_)
-    readout_kernel(
-        mean, covariance, contact.mu, contact.stiffness, state.contact, model.rows, model.slip_B,
-        state.companions.pose_covariance, answer.shake, settings, feet, body, tilt, spread, slipping,
-    )  # fmt: skip
-    if state.airborne:
-        for gone in (spread, feet[SHARE_SD]):
-            gone.fill(np.nan)
-    mu, mu_sd, stiffness, stiffness_sd, share, share_sd = readonly(feet)
-    pose_covariance, twist_covariance = readonly(body)
-    gyro = state.gyro_ns != NEVER
-    # views, not copies
-    return Estimate(
-        t_ns=state.t_ns,
-        position_m=mean[:2],
-        yaw_rad=float(mean[YAW]),
-        velocity_B=mean[VELOCITY],
-        pose_covariance=pose_covariance,
-        companion_pose=state.companions.apart,
-        twist_covariance=twist_covariance,
-        bias_B=mean[BIAS],
-        mu=mu,
-        mu_sd=mu_sd,
-        stiffness=stiffness,
-        stiffness_sd=stiffness_sd,
-        force_B=answer.force_n,
-        force_covariance=readonly(spread),
-        load_share=share,
-        load_share_sd=share_sd,
-        tilt_rad=readonly(tilt),
-        height_m=float(model.rows[0, 5]),
-        contact=readonly(state.contact),
-        slipping=readonly(slipping),
-        holding=answer.holding,
-        nis=used.nis,
-        nis_dof=used.numbers,
-        source_nis=used.source_nis,
-        source_dof=used.source_dof,
-        noise_scale=state.sources.scale,
-        log_likelihood=used.log_likelihood,
-        innovation=used.innovation,
-        rejects=state.rejects,
-        force_age_s=np.nan if state.force_ns == NEVER else (state.t_ns - state.force_ns) * 1e-9,
-        health=verdict.health,
-        reason=verdict.reason,
-        remark=verdict.remark,
-        gyro_bias_rad_s=float(mean[GYRO_BIAS]) if gyro else np.nan,
-        gyro_bias_sd=sqrt(covariance[GYRO_BIAS, GYRO_BIAS]) if gyro else np.nan,
-    )
 
 
 @compiled
@@ -190,12 +93,3 @@ def readout_kernel(
         feet[SHARE_SD, k] = np.sqrt(spread[k, 2, 2]) / setting["weight_n"]
         speed = np.sqrt(slip[k, 0] ** 2 + slip[k, 1] ** 2)
         slipping[k] = contact[k] and speed > setting["slip_speed"]
-
-
-def prepare() -> None:
-    """Load or make the machine code now, so that no tick has to wait for it."""
-    settings = record_of(EstimatorSettings(), 1.0)
-    compile_for(
-        readout_kernel, *given(1, 2, 1, 1), *given(1, kind=FLAG), *given(2, 2, 2, 1), settings,
-        *out(2, 3, 1, 3), *out(1, kind=FLAG),
-    )  # fmt: skip

@@ -6,12 +6,10 @@ How much one is like the next gives the weight: n numbers whose errors last tell
 n (1 - r) / (1 + r) that do not, so that their noise counts (1 + r) / (1 - r) times as much.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
-from model.compiled import COUNT, compile_for, compiled, given, out
-from model.estimator.settings import EstimatorSettings, Record, record_of
+from model.compiled import compiled
+from model.estimator.settings import Record
 from model.values.arrays import FloatArray, IntArray, readonly
 from model.values.estimate import NEVER, SOURCES, SourceMemory
 
@@ -27,13 +25,6 @@ LONGEST_S = 0.2  # that one innovation stands for
 # learned from, which should be what passes the gates, and of what health is judged by.
 LEARNED_SD, JUDGED_SD = 2.6, 5.0
 EXPECTED = 0.95  # mean square of a normal number that is cut off at LEARNED_SD
-
-
-class NumberPlaces(NamedTuple):
-    """Of m measured numbers: their source, -1 for none, and the place of each in the memory, (m,)."""
-
-    source: IntArray
-    place: IntArray
 
 
 def at_start(legs: int) -> SourceMemory:
@@ -56,65 +47,92 @@ def places_needed(legs: int) -> int:
     return 3 * legs + AXES + 1 + 2
 
 
-def places(blocks: IntArray, count: int, legs: int) -> NumberPlaces:
+@compiled
+def place_kernel(blocks: IntArray, legs: int, source: IntArray, place: IntArray) -> None:
     """Say where each of the m numbers of a stack belongs.
 
     Args:
         blocks: First number, source and leg (or axis) of each, (B, 3).
-        count: m.
         legs: N.
+        source: Out: of each number, -1 for none, (m,).
+        place: Out: of each in the memory, (m,).
     """
-    begins = (0, legs, 3 * legs, 3 * legs + AXES, 3 * legs + AXES + 1)
-    source, place = np.full(count, NO_SOURCE), np.zeros(count, dtype=np.int64)
-    rows = blocks.tolist()
-    ends = [*(row[0] for row in rows[1:]), count]
-    for (first, kind, leg), end in zip(rows, ends, strict=True):
-        if kind != NO_SOURCE:
-            source[first:end] = kind
-            own = begins[kind] + leg * (2 if kind == FORCE else 1)
-            place[first:end] = np.arange(own, own + end - first)
-    return NumberPlaces(source, place)
+    for block in range(blocks.shape[0]):
+        first, kind, leg = blocks[block, 0], blocks[block, 1], blocks[block, 2]
+        end = blocks[block + 1, 0] if block + 1 < blocks.shape[0] else source.size
+        begin = leg
+        if kind == FORCE:
+            begin = legs + 2 * leg
+        elif kind == ABSOLUTE:
+            begin = 3 * legs + leg
+        elif kind == GYRO:
+            begin = 3 * legs + AXES + leg
+        elif kind == TILT:
+            begin = 3 * legs + AXES + 1 + leg
+        for i in range(first, end):
+            source[i], place[i] = kind, begin + i - first if kind != NO_SOURCE else 0
 
 
-def learn(
-    before: SourceMemory,
-    where: NumberPlaces,
-    innovation: FloatArray,
-    expected: FloatArray,
-    noise: FloatArray,
-    t_ns: int,
-    settings: Record,
-) -> SourceMemory:
-    """Take the innovations of a tick into account.
-
-    Args:
-        before: What was known.
-        where: Of the m numbers.
-        innovation: Measured less expected, (m,).
-        expected: Its variance by the state's covariance alone, (m,).
-        noise: Variance of the measurement by the settings, (m,).
-        t_ns: Time of the tick.
-        settings: Of ``record_of``: bounds and memory.
-    """
-    after = SourceMemory(*(getattr(before, name).copy() for name in before.__slots__))
-    learn_kernel(
-        *where, innovation, expected, noise, t_ns, settings, after.t_ns, after.product,
-        after.normal, after.last, after.bias, after.misfit, after.scale, after.colour,
+def room_for(memory: SourceMemory) -> SourceMemory:
+    """Room for a memory like this one."""
+    count, places = len(memory.t_ns), len(memory.last)
+    empty = np.empty
+    return SourceMemory(
+        empty(count, np.int64), empty(count), empty(count), empty(places), empty(places),
+        empty(count), empty(count), empty(count),
     )  # fmt: skip
-    for name in after.__slots__:
-        readonly(getattr(after, name))
-    return after
+
+
+def closed(memory: SourceMemory) -> SourceMemory:
+    """The same memory, not to be written to any more."""
+    for name in memory.__slots__:
+        getattr(memory, name).setflags(write=False)
+    return memory
 
 
 @compiled
 def learn_kernel(
     source: IntArray, place: IntArray, innovation: FloatArray, expected: FloatArray,
-    noise: FloatArray, t_ns: int, settings: Record, heard_ns: IntArray, product: FloatArray,
-    normal: FloatArray, last: FloatArray, bias: FloatArray, misfit: FloatArray,
-    scale: FloatArray, colour: FloatArray,
+    noise: FloatArray, t_ns: int, settings: Record, heard_before: IntArray,
+    product_before: FloatArray, normal_before: FloatArray, last_before: FloatArray,
+    bias_before: FloatArray, misfit_before: FloatArray, scale_before: FloatArray,
+    colour_before: FloatArray, heard_ns: IntArray, product: FloatArray, normal: FloatArray,
+    last: FloatArray, bias: FloatArray, misfit: FloatArray, scale: FloatArray, colour: FloatArray,
 ) -> None:  # fmt: skip
-    """Take the innovations of a tick into account: arguments of ``learn``, and a memory in and out."""
+    """Take the innovations of a tick into account.
+
+    Args:
+        source: Of each of the m numbers, -1 for none, (m,).
+        place: Of each in the memory, (m,).
+        innovation: Measured less expected, (m,).
+        expected: Its variance by the state's covariance alone, (m,).
+        noise: Variance of the measurement by the settings, (m,).
+        t_ns: Time of the tick.
+        settings: Of ``record_of``: bounds and memory.
+        heard_before: What was known, the arrays of ``SourceMemory`` with the next seven.
+        product_before: (S,).
+        normal_before: (S,).
+        last_before: Of each number.
+        bias_before: Of each number.
+        misfit_before: (S,).
+        scale_before: (S,).
+        colour_before: (S,).
+        heard_ns: Out: what is known now, with the next seven.
+        product: Out.
+        normal: Out.
+        last: Out.
+        bias: Out.
+        misfit: Out.
+        scale: Out.
+        colour: Out.
+    """
     setting = settings[0]
+    for kind in range(heard_ns.size):
+        heard_ns[kind], product[kind] = heard_before[kind], product_before[kind]
+        normal[kind], misfit[kind] = normal_before[kind], misfit_before[kind]
+        scale[kind], colour[kind] = scale_before[kind], colour_before[kind]
+    for k in range(last.size):
+        last[k], bias[k] = last_before[k], bias_before[k]
     prior = PRIOR_S / setting["learning_s"]
     for kind in range(heard_ns.size):
         size, square, ratio, pairs, again = 0, 0.0, 0.0, 0.0, 0.0
@@ -155,12 +173,3 @@ def learn_kernel(
         scale[kind] = min(max(grown, setting["least_scale"]), setting["most_scale"])
         like = min(max(product[kind] / (normal[kind] + prior), 0.0), 0.95)
         colour[kind] = (1.0 + like) / (1.0 - like)
-
-
-def prepare() -> None:
-    """Load or make the machine code now, so that no tick has to wait for it."""
-    settings = record_of(EstimatorSettings(), 1.0)
-    compile_for(
-        learn_kernel, *out(1, 1, kind=COUNT), *given(1, 1, 1), COUNT, settings,
-        *out(1, kind=COUNT), *out(1, 1, 1, 1, 1, 1, 1),
-    )  # fmt: skip

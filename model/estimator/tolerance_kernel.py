@@ -12,7 +12,7 @@ from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
 from model.estimator.frame_kernel import CLEAR_M, lay_parameters, tilt_sway
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.support.kernel import ROWS, support_kernel
-from model.traction.coulomb_frame import balance_frame
+from model.traction.coulomb_frame import balance_frame, balance_space
 from model.traction.coulomb_kernel import FootLaw
 from model.traction.kernel import FINE, foot_speeds, lay_anisotropy
 from model.values.arrays import BoolArray, FloatArray
@@ -72,6 +72,7 @@ def tolerance_kernel(
     pushed = FootLaw(setting["coulomb"], CREEP_M_S, 1.0, 1.0, 1.0)
     up, aside = setting["height_sd"] * height, setting["com_sd"] * height
     c, s = np.cos(mean[2]), np.sin(mean[2])
+    space = balance_space(count)
     alike = -1  # the first robot that differs only in feet which touch nothing
     for robot in range(robots):
         if _touches_alike(feet, feet_velocity, answer, design[robot], up, sway_step):
@@ -114,7 +115,7 @@ def tolerance_kernel(
             rest[k] = rest[k] and slip[k, 0] == 0.0 and slip[k, 1] == 0.0
         reason, _ = balance_frame(
             work, carried, grip, pushed if steep else law, outside, nothing, True, own, side, pull,
-            rest, False,
+            rest, False, space,
         )  # fmt: skip
         if reason != FINE:
             twist[robot, 0] = np.nan

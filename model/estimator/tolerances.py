@@ -5,13 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.estimator.neighbourhood import Neighbourhood
-from model.estimator.settings import Record
-from model.estimator.tolerance_kernel import OTHERS, tolerance_kernel
+from model.estimator.tolerance_kernel import OTHERS
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Companions
-from model.values.legs import FootMotion
-from model.values.parameters import ContactParameters
 
 
 class Apart(NamedTuple):
@@ -42,38 +38,3 @@ def at_start(legs: int) -> Companions:
         readonly(np.zeros((robots, 3))),
         readonly(np.zeros((3, 3))),
     )
-
-
-def walk_along(
-    before: Companions,
-    mean: FloatArray,
-    feet: FootMotion,
-    contact: ContactParameters,
-    model: Neighbourhood,
-    settings: Record,
-    dt_s: float,
-) -> tuple[Companions, Apart]:
-    """Let the companions take a tick's step.
-
-    Args:
-        before: Where they were.
-        mean: State of the estimator before the step, (n,).
-        feet: At the step's end.
-        contact: Stiffness and friction of the robot file.
-        model: The answer at the robot file.
-        settings: Of ``record_of``.
-        dt_s: Length of the step [s].
-    """
-    signs = design(len(contact.mu))
-    robots, legs = len(signs), len(contact.mu)
-    twist, resting, moved = before.twist.copy(), before.resting.copy(), before.apart.copy()
-    velocity, share, covariance = np.empty((robots, 3)), np.empty((robots, legs)), np.empty((3, 3))
-    tolerance_kernel(
-        mean, np.ascontiguousarray(feet.position_m), np.ascontiguousarray(feet.velocity_m_s),
-        contact.stiffness, contact.mu, contact.anisotropy, settings, model.rows[0],
-        model.slip_B, model.sway_B, signs, dt_s,
-        twist, resting, moved, velocity, share, covariance,
-    )  # fmt: skip
-    for mine in (twist, resting, moved, covariance):
-        readonly(mine)
-    return Companions(twist, resting, moved, covariance), Apart(velocity, share)

@@ -58,6 +58,9 @@ class OneShaftKinematics:
                 f"angles {shape} and speeds {rate.shape} are not those of {len(shaft)} legs"
             )
         position, velocity = np.empty((*shape, 3)), np.empty((*shape, 3))
+        if len(shape) == 1:  # of a tick: no views of views
+            self._feet_kernel(angle, rate, self._numbers, shaft, position, velocity)
+            return FootMotion(position, velocity)
         self._feet_kernel(
             angle.ravel(), rate.ravel(), self._numbers, shaft, position.reshape(-1, 3),
             velocity.reshape(-1, 3),

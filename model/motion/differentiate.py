@@ -24,6 +24,23 @@ def latest_rate(t_ns: IntArray, angle_rad: FloatArray) -> FloatArray:
     return rate
 
 
+def latest_rates(t_ns: IntArray, angle_rad: FloatArray, window: int) -> FloatArray:
+    """What ``latest_rate`` says of every sample that has so many with itself, from the first such on.
+
+    Args:
+        t_ns: Sample times, (T,) int64, increasing.
+        angle_rad: Angles, (T, N) [rad]; NaN where missing.
+        window: Samples of a slope.
+
+    Returns:
+        (T - window + 1, N) [rad/s].
+    """
+    rates: FloatArray = np.empty((len(t_ns) - window + 1, angle_rad.shape[1]))
+    compile_for(_latest_slopes, *given(1, kind=COUNT), *given(2), COUNT, *out(2))
+    _latest_slopes(np.ascontiguousarray(t_ns), np.ascontiguousarray(angle_rad), window, rates)
+    return rates
+
+
 def centred_rate(t_ns: IntArray, values: FloatArray, half_ns: int) -> FloatArray:
     """Slope of the least-squares line through the samples on both sides of each one, where all are known.
 
@@ -53,6 +70,13 @@ def _centred_slopes(t_ns: IntArray, values: FloatArray, half_ns: int, rate: Floa
         while behind < len(t_ns) and t_ns[behind] <= t_ns[i] + half_ns:
             behind += 1
         _slopes(t_ns[first:behind], values[first:behind], rate[i])
+
+
+@compiled
+def _latest_slopes(t_ns: IntArray, angle_rad: FloatArray, window: int, rates: FloatArray) -> None:
+    """Fill in the rates, (T - window + 1, N)."""
+    for i in range(len(rates)):
+        _slopes(t_ns[i : i + window], angle_rad[i : i + window], rates[i])
 
 
 @compiled

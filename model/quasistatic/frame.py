@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
+from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, given, out
 from model.errors import ModelError
 from model.support.kernel import ROWS, support_kernel
 from model.traction.kernel import (
@@ -18,7 +18,7 @@ from model.traction.kernel import (
     lay_anisotropy,
     traction_kernel,
 )
-from model.values.arrays import BoolArray, FloatArray
+from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.contact import ContactSolution, Support, Traction
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
@@ -65,10 +65,13 @@ def solve_frame(feet: FootMotion, contact: ContactParameters, weight_n: float) -
     if contact.stiffness.shape != (count,) or contact.anisotropy.shape != (count, 2):
         raise ModelError(f"the contact parameters are not those of {count} legs")
     status, reason, numbers, loaded = _solved(feet, contact, weight_n)
-    numbers.setflags(write=False)
-    loaded.setflags(write=False)
+    return _solution(status, reason, readonly(numbers), readonly(loaded))
+
+
+def _solution(status: int, reason: int, numbers: FloatArray, loaded: BoolArray) -> ContactSolution:
+    """What ``frame_kernel`` returns and writes, as values."""
+    count, words = len(loaded), WORDS[reason]
     slope_x, slope_y, height = numbers[:3].tolist()
-    words = WORDS[reason]
     support = Support(
         status >= 0,
         "" if status >= 0 else words,
@@ -89,11 +92,28 @@ def solve_frame(feet: FootMotion, contact: ContactParameters, weight_n: float) -
     return ContactSolution(support, traction)
 
 
-def frame_forces(feet: FootMotion, contact: ContactParameters, weight_n: float) -> FloatArray:
-    """Return nothing but the forces of ``solve_frame``, (N, 3) [N], of feet that are known to fit."""
-    *_, numbers, _ = _solved(feet, contact, weight_n)
-    legs = len(contact.mu)
-    return numbers[6 + 3 * legs :].reshape(legs, 3)
+def solve_frames_in_order(
+    feet: FootMotion, contact: ContactParameters, weight_n: float
+) -> list[ContactSolution]:
+    """``solve_frame`` of each of T frames, (T, N, 3), to the bit."""
+    frames, count = len(feet.position_m), len(contact.mu)
+    numbers, loaded = np.empty((frames, 6 + 6 * count)), np.empty((frames, count), np.bool_)
+    verdicts = np.empty((frames, 2), np.int64)
+    prepare()
+    compile_for(
+        frames_kernel, *given(3, 3, 1, 1, 2), NUMBER, *out(2), *out(2, kind=FLAG),
+        *out(2, kind=COUNT),
+    )  # fmt: skip
+    frames_kernel(
+        np.ascontiguousarray(feet.position_m), np.ascontiguousarray(feet.velocity_m_s),
+        contact.stiffness, contact.mu, contact.anisotropy, weight_n, numbers, loaded, verdicts,
+    )  # fmt: skip
+    readonly(numbers)
+    readonly(loaded)
+    return [
+        _solution(status, reason, own, feet_down)
+        for (status, reason), own, feet_down in zip(verdicts.tolist(), numbers, loaded, strict=True)
+    ]
 
 
 class WalkSolution(NamedTuple):
@@ -209,6 +229,26 @@ def frame_kernel(
         if not loaded[k]:
             slip[k, 0] = slip[k, 1] = np.nan
     return status, 0
+
+
+@compiled
+def frames_kernel(
+    feet: FloatArray, feet_velocity: FloatArray, stiffness: FloatArray, mu: FloatArray,
+    anisotropy: FloatArray, load: float, numbers: FloatArray, loaded: BoolArray,
+    verdicts: IntArray,
+) -> None:  # fmt: skip
+    """``frame_kernel`` of T frames; ``verdicts`` is what it returns of each, (T, 2)."""
+    for frame in range(len(feet)):
+        verdicts[frame, 0], verdicts[frame, 1] = frame_kernel(
+            feet[frame],
+            feet_velocity[frame],
+            stiffness,
+            mu,
+            anisotropy,
+            load,
+            numbers[frame],
+            loaded[frame],
+        )
 
 
 @compiled

@@ -4,6 +4,8 @@ Scales the problem (slips by their size, lengths by the feet's spread, forces by
 the feet that rested in the frame before, and otherwise minimises the dissipation from scratch.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from model.compiled import compiled
@@ -39,11 +41,38 @@ REST = 1e-13  # slip over foot speed that is rounding
 LOOSE = 1e-9  # gap at which an unpolished answer is still taken for one
 
 
+class BalanceSpace(NamedTuple):
+    """Work space of ``balance_frame``: a piece of memory costs as much as a dozen sums, so it is kept.
+
+    Attributes:
+        feet: Table of feet, (N, COLUMNS).
+        rest: Which of them rest, (N,).
+        body: What else acts, (BODY_ROWS, 3).
+        system: (SYSTEM_ROWS, 3).
+        at: (1, 3).
+    """
+
+    feet: FloatArray
+    rest: BoolArray
+    body: FloatArray
+    system: FloatArray
+    at: FloatArray
+
+
+@compiled
+def balance_space(count: int) -> BalanceSpace:
+    """Work space for N feet."""
+    return BalanceSpace(
+        np.empty((count, COLUMNS)), np.empty(count, dtype=np.bool_), np.empty((BODY_ROWS, 3)),
+        np.empty((SYSTEM_ROWS, 3)), np.empty((1, 3)),
+    )  # fmt: skip
+
+
 @compiled
 def balance_frame(
     work: FloatArray, loads: FloatArray, mu: FloatArray, law: FootLaw, outside: FloatArray,
     elastic: FloatArray, warm: bool, velocity: FloatArray, slip: FloatArray, force: FloatArray,
-    sticking: BoolArray, creep: bool,
+    sticking: BoolArray, creep: bool, space: BalanceSpace,
 ) -> tuple[int, bool]:  # fmt: skip
     """Balance of one frame.
 
@@ -66,6 +95,7 @@ def balance_frame(
         sticking: Out: loaded feet at rest under the exact law, (N,).
         creep: Whether several feet at rest get the forces of feet that creep; else any that hold them,
             which are found sooner.
+        space: Work space, of ``balance_space``.
 
     Returns:
         A reason (0 is fine), and whether velocity and forces are the only ones that balance.
@@ -108,9 +138,14 @@ def balance_frame(
             if sticking[k]:
                 slip[k, 0] = slip[k, 1] = 0.0
         return FINE, False
-    # few pieces of memory: each costs as much as a dozen sums
-    feet, rest = np.zeros((loaded, COLUMNS)), np.zeros(loaded, dtype=np.bool_)
-    body, system = np.zeros((BODY_ROWS, 3)), np.empty((SYSTEM_ROWS, 3))
+    feet, rest, body, system, at = space
+    feet, rest = feet[:loaded], rest[:loaded]
+    for i in range(loaded):
+        for j in range(COLUMNS):
+            feet[i, j] = 0.0
+    for i in range(BODY_ROWS):
+        for j in range(3):
+            body[i, j] = 0.0
     resting = 0
     i = 0
     for k in range(count):
@@ -158,7 +193,7 @@ def balance_frame(
         body[TWIST, 1] = (before1 - v1 + dw * cx) / top
         body[TWIST, 2] = dw * spread / top
         if exact:
-            state = polish(feet, body, rest, resting, creep)
+            state = polish(feet, body, rest, resting, creep, system, at)
     if state == NOT_SOLVED:
         if exact or not warm:
             body[TWIST, 0] = body[TWIST, 1] = body[TWIST, 2] = 0.0
@@ -175,7 +210,7 @@ def balance_frame(
         gap, _ = descend(feet, body, scaled, gives, start, system)
         if exact:
             resting = classify(feet, rest)
-            state = polish(feet, body, rest, resting, creep)
+            state = polish(feet, body, rest, resting, creep, system, at)
             if state == NOT_SOLVED and not gap <= LOOSE:
                 for k in range(count):
                     sticking[k] = False

@@ -87,28 +87,38 @@ def slips(feet: FloatArray, rows: FloatArray, row: int, column: int) -> None:
 
 @compiled
 def solve3(system: FloatArray) -> bool:
-    """Solve a 3 x 3 system by elimination with row exchanges; matrix and right side are overwritten."""
-    for i in range(3):
-        best = i
-        for j in range(i + 1, 3):
-            if abs(system[j, i]) > abs(system[best, i]):
-                best = j
-        if not abs(system[best, i]) > SMALL:
-            return False
-        if best != i:
-            for j in range(3):
-                system[i, j], system[best, j] = system[best, j], system[i, j]
-            system[RIGHT, i], system[RIGHT, best] = system[RIGHT, best], system[RIGHT, i]
-        for j in range(i + 1, 3):
-            share = system[j, i] / system[i, i]
-            for m in range(i, 3):
-                system[j, m] -= share * system[i, m]
-            system[RIGHT, j] -= share * system[RIGHT, i]
-    for i in range(2, -1, -1):
-        rest = system[RIGHT, i]
-        for j in range(i + 1, 3):
-            rest -= system[i, j] * system[SOLUTION, j]
-        system[SOLUTION, i] = rest / system[i, i]
+    """Solve a 3 x 3 system by elimination with row exchanges; False, and no solution, if a pivot vanishes.
+
+    Numbers of their own, not places in memory: then the compiler keeps them where it computes.
+    """
+    a0, a1, a2, a3 = system[0, 0], system[0, 1], system[0, 2], system[RIGHT, 0]
+    b0, b1, b2, b3 = system[1, 0], system[1, 1], system[1, 2], system[RIGHT, 1]
+    c0, c1, c2, c3 = system[2, 0], system[2, 1], system[2, 2], system[RIGHT, 2]
+    if abs(b0) > abs(a0):
+        if abs(c0) > abs(b0):
+            a0, a1, a2, a3, c0, c1, c2, c3 = c0, c1, c2, c3, a0, a1, a2, a3
+        else:
+            a0, a1, a2, a3, b0, b1, b2, b3 = b0, b1, b2, b3, a0, a1, a2, a3
+    elif abs(c0) > abs(a0):
+        a0, a1, a2, a3, c0, c1, c2, c3 = c0, c1, c2, c3, a0, a1, a2, a3
+    if not abs(a0) > SMALL:
+        return False
+    share = b0 / a0
+    b1, b2, b3 = b1 - share * a1, b2 - share * a2, b3 - share * a3
+    share = c0 / a0
+    c1, c2, c3 = c1 - share * a1, c2 - share * a2, c3 - share * a3
+    if abs(c1) > abs(b1):
+        b1, b2, b3, c1, c2, c3 = c1, c2, c3, b1, b2, b3
+    if not abs(b1) > SMALL:
+        return False
+    share = c1 / b1
+    c2, c3 = c2 - share * b2, c3 - share * b3
+    if not abs(c2) > SMALL:
+        return False
+    z = c3 / c2
+    y = (b3 - b2 * z) / b1
+    system[SOLUTION, 0] = (a3 - a1 * y - a2 * z) / a0
+    system[SOLUTION, 1], system[SOLUTION, 2] = y, z
     return True
 
 
@@ -167,11 +177,14 @@ def _lay_system(
     feet: FloatArray, body: FloatArray, coulomb: bool, elastic: bool, s: float, system: FloatArray
 ) -> None:
     """Matrix and right side of the step of the velocity; feet's STEP holds h and bend afterwards."""
-    for i in range(3):
-        system[RIGHT, i] = body[PUSH, i]
-        for j in range(3):
-            system[i, j] = body[i, j]
-            system[RIGHT, i] -= body[i, j] * body[TWIST, j]
+    # sums in numbers of their own: what is written to memory between two feet has to be read again
+    u0, u1, u2 = body[TWIST, 0], body[TWIST, 1], body[TWIST, 2]
+    s00, s01, s02 = body[0, 0], body[0, 1], body[0, 2]
+    s10, s11, s12 = body[1, 0], body[1, 1], body[1, 2]
+    s20, s21, s22 = body[2, 0], body[2, 1], body[2, 2]
+    push0 = body[PUSH, 0] - s00 * u0 - s01 * u1 - s02 * u2
+    push1 = body[PUSH, 1] - s10 * u0 - s11 * u1 - s12 * u2
+    push2 = body[PUSH, 2] - s20 * u0 - s21 * u1 - s22 * u2
     for k in range(feet.shape[0]):
         c = feet[k, GRIP]
         if coulomb:
@@ -194,12 +207,30 @@ def _lay_system(
                 m10 * e00 + m11 * e10, m10 * e01 + m11 * e11,
             )  # fmt: skip
             y0, y1 = y0 - m00 * r0 - m01 * r1, y1 - m10 * r0 - m11 * r1
-        for i in range(3):
-            a0, a1 = feet[k, LEVER + i], feet[k, LEVER + 3 + i]
-            system[RIGHT, i] -= a0 * y0 + a1 * y1
-            left0, left1 = a0 * m00 + a1 * m10, a0 * m01 + a1 * m11
-            for j in range(3):
-                system[i, j] += left0 * feet[k, LEVER + j] + left1 * feet[k, LEVER + 3 + j]
+        a0, a1, a2 = feet[k, LEVER], feet[k, LEVER + 1], feet[k, LEVER + 2]
+        c0, c1, c2 = feet[k, LEVER + 3], feet[k, LEVER + 4], feet[k, LEVER + 5]
+        push0, push1, push2 = (
+            push0 - (a0 * y0 + c0 * y1), push1 - (a1 * y0 + c1 * y1), push2 - (a2 * y0 + c2 * y1)
+        )  # fmt: skip
+        left0, left1 = a0 * m00 + c0 * m10, a0 * m01 + c0 * m11
+        s00, s01, s02 = (
+            s00 + (left0 * a0 + left1 * c0), s01 + (left0 * a1 + left1 * c1),
+            s02 + (left0 * a2 + left1 * c2),
+        )  # fmt: skip
+        left0, left1 = a1 * m00 + c1 * m10, a1 * m01 + c1 * m11
+        s10, s11, s12 = (
+            s10 + (left0 * a0 + left1 * c0), s11 + (left0 * a1 + left1 * c1),
+            s12 + (left0 * a2 + left1 * c2),
+        )  # fmt: skip
+        left0, left1 = a2 * m00 + c2 * m10, a2 * m01 + c2 * m11
+        s20, s21, s22 = (
+            s20 + (left0 * a0 + left1 * c0), s21 + (left0 * a1 + left1 * c1),
+            s22 + (left0 * a2 + left1 * c2),
+        )  # fmt: skip
+    system[0, 0], system[0, 1], system[0, 2] = s00, s01, s02
+    system[1, 0], system[1, 1], system[1, 2] = s10, s11, s12
+    system[2, 0], system[2, 1], system[2, 2] = s20, s21, s22
+    system[RIGHT, 0], system[RIGHT, 1], system[RIGHT, 2] = push0, push1, push2
 
 
 @compiled
@@ -208,12 +239,11 @@ def _lay_steps(
 ) -> float:
     """Steps of the duals for a step of the velocity; how much of them stays inside the cones."""
     inside = 1.0
+    u0, u1, u2 = system[SOLUTION, 0], system[SOLUTION, 1], system[SOLUTION, 2]
     for k in range(feet.shape[0]):
         b0, b1, m00, m01, m10, m11 = _answer(feet, k, coulomb)
-        d0, d1 = 0.0, 0.0
-        for i in range(3):
-            d0 += feet[k, LEVER + i] * system[SOLUTION, i]
-            d1 += feet[k, LEVER + 3 + i] * system[SOLUTION, i]
+        d0 = feet[k, LEVER] * u0 + feet[k, LEVER + 1] * u1 + feet[k, LEVER + 2] * u2
+        d1 = feet[k, LEVER + 3] * u0 + feet[k, LEVER + 4] * u1 + feet[k, LEVER + 5] * u2
         if elastic:
             e00, e01, e10, e11 = _yielding(feet, k, m00, m01, m10, m11)
             d0 -= feet[k, GIVE] * b0 + feet[k, GIVE + 1] * b1
@@ -277,13 +307,14 @@ def descend(
         for i in range(3):
             body[TWIST, i] += system[SOLUTION, i]
         gap, moved, size, left = 0.0, 0.0, 0.0, 0.0
+        u0, u1, u2 = body[TWIST, 0], body[TWIST, 1], body[TWIST, 2]
         for k in range(feet.shape[0]):
             y0 = feet[k, DUAL] + inside * feet[k, STEP]
             y1 = feet[k, DUAL + 1] + inside * feet[k, STEP + 1]
-            z0, z1 = feet[k, OFFSET], feet[k, OFFSET + 1]
-            for i in range(3):
-                z0 += feet[k, LEVER + i] * body[TWIST, i]
-                z1 += feet[k, LEVER + 3 + i] * body[TWIST, i]
+            z0 = feet[k, OFFSET] + feet[k, LEVER] * u0
+            z1 = feet[k, OFFSET + 1] + feet[k, LEVER + 3] * u0
+            z0, z1 = z0 + feet[k, LEVER + 1] * u1, z1 + feet[k, LEVER + 4] * u1
+            z0, z1 = z0 + feet[k, LEVER + 2] * u2, z1 + feet[k, LEVER + 5] * u2
             if elastic:
                 z0 -= feet[k, GIVE] * y0 + feet[k, GIVE + 1] * y1
                 z1 -= feet[k, GIVE + 1] * y0 + feet[k, GIVE + 2] * y1

@@ -22,7 +22,6 @@ from model.traction.coulomb_kernel import (
     RIGHT,
     SLIP,
     SOLUTION,
-    SYSTEM_ROWS,
     TWIST,
     FootLaw,
     descend,
@@ -61,8 +60,9 @@ def classify(feet: FloatArray, sticking: BoolArray) -> int:
 
 @compiled
 def polish(
-    feet: FloatArray, body: FloatArray, sticking: BoolArray, resting: int, creep: bool
-) -> int:
+    feet: FloatArray, body: FloatArray, sticking: BoolArray, resting: int, creep: bool,
+    system: FloatArray, at: FloatArray,
+) -> int:  # fmt: skip
     """Solve for given feet at rest; the answer is put in place only where it proves right.
 
     Args:
@@ -72,41 +72,60 @@ def polish(
         sticking: Feet at rest, (n,).
         resting: How many they are.
         creep: Whether several feet at rest get the forces of feet that creep, else any that hold them.
+        system: Work space, (SYSTEM_ROWS, 3).
+        at: Work space, (1, 3).
 
     Returns:
         NOT_SOLVED, SOLVED or SOLVED_FLAT.
     """
     if resting == 0:
-        return _all_slide(feet, body, sticking)
+        return _all_slide(feet, body, sticking, system, at)
     if resting == 1:
-        return _about_one_foot(feet, body, sticking)
-    return _several_rest(feet, body, sticking, creep)
+        return _about_one_foot(feet, body, sticking, system, at)
+    return _several_rest(feet, body, sticking, creep, system, at)
 
 
 @compiled
 def _gradient(feet: FloatArray, at: FloatArray, sticking: BoolArray, system: FloatArray) -> bool:
     """Hessian and gradient of the power but for feet at rest; False if another foot does not slide.
 
-    ``at`` holds the velocity in row 0, ``system`` gets both; NEW are the slips.
+    ``at`` holds the velocity in row 0, ``system`` gets both; NEW are the slips. Sums are kept in numbers of
+    their own: what is written to memory between two feet, the compiler has to read again.
     """
-    slips(feet, at, 0, NEW)
-    system[:, :] = 0.0
+    v0, v1, v2 = at[0, 0], at[0, 1], at[0, 2]
+    r0, r1, r2 = 0.0, 0.0, 0.0
+    s00, s01, s02, s10, s11, s12, s20, s21, s22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    slide = True
     for k in range(feet.shape[0]):
+        x0, x1, x2 = feet[k, LEVER], feet[k, LEVER + 1], feet[k, LEVER + 2]
+        y0, y1, y2 = feet[k, LEVER + 3], feet[k, LEVER + 4], feet[k, LEVER + 5]
+        z0 = x0 * v0 + x1 * v1 + x2 * v2 + feet[k, OFFSET]
+        z1 = y0 * v0 + y1 * v1 + y2 * v2 + feet[k, OFFSET + 1]
+        feet[k, NEW], feet[k, NEW + 1] = z0, z1
         if sticking[k]:
             continue
-        speed = np.sqrt(feet[k, NEW] ** 2 + feet[k, NEW + 1] ** 2)
+        speed = np.sqrt(z0 * z0 + z1 * z1)
         if speed <= 1e-12:
-            return False
-        e0, e1 = feet[k, NEW] / speed, feet[k, NEW + 1] / speed
+            slide = False
+            continue
+        e0, e1 = z0 / speed, z1 / speed
         c = feet[k, LIMIT]
         bend = c / speed
-        for i in range(3):
-            a0, a1 = feet[k, LEVER + i], feet[k, LEVER + 3 + i]
-            system[RIGHT, i] += c * (a0 * e0 + a1 * e1)
-            across = bend * (a1 * e0 - a0 * e1)
-            for j in range(3):
-                system[i, j] += across * (feet[k, LEVER + 3 + j] * e0 - feet[k, LEVER + j] * e1)
-    return True
+        r0, r1, r2 = (
+            r0 + c * (x0 * e0 + y0 * e1), r1 + c * (x1 * e0 + y1 * e1), r2 + c * (x2 * e0 + y2 * e1)
+        )  # fmt: skip
+        t0, t1, t2 = y0 * e0 - x0 * e1, y1 * e0 - x1 * e1, y2 * e0 - x2 * e1
+        across = bend * t0
+        s00, s01, s02 = s00 + across * t0, s01 + across * t1, s02 + across * t2
+        across = bend * t1
+        s10, s11, s12 = s10 + across * t0, s11 + across * t1, s12 + across * t2
+        across = bend * t2
+        s20, s21, s22 = s20 + across * t0, s21 + across * t1, s22 + across * t2
+    system[0, 0], system[0, 1], system[0, 2] = s00, s01, s02
+    system[1, 0], system[1, 1], system[1, 2] = s10, s11, s12
+    system[2, 0], system[2, 1], system[2, 2] = s20, s21, s22
+    system[RIGHT, 0], system[RIGHT, 1], system[RIGHT, 2] = r0, r1, r2
+    return slide
 
 
 @compiled
@@ -140,8 +159,9 @@ def _balanced(rest: float, step: float) -> bool:
 
 
 @compiled
-def _all_slide(feet: FloatArray, body: FloatArray, none: BoolArray) -> int:
-    system, at = np.empty((SYSTEM_ROWS, 3)), np.empty((1, 3))
+def _all_slide(
+    feet: FloatArray, body: FloatArray, none: BoolArray, system: FloatArray, at: FloatArray
+) -> int:
     for i in range(3):
         at[0, i] = body[TWIST, i]
     step = np.inf
@@ -185,7 +205,9 @@ def _smallest_pivot(matrix: FloatArray) -> float:
 
 
 @compiled
-def _about_one_foot(feet: FloatArray, body: FloatArray, sticking: BoolArray) -> int:
+def _about_one_foot(
+    feet: FloatArray, body: FloatArray, sticking: BoolArray, system: FloatArray, at: FloatArray
+) -> int:
     foot = 0
     for k in range(sticking.size):
         if sticking[k]:
@@ -197,7 +219,6 @@ def _about_one_foot(feet: FloatArray, body: FloatArray, sticking: BoolArray) -> 
     det = a * d - b * c
     e0, e1 = (d * along - b * across) / det, (a * across - c * along) / det
     h0, h1 = (d * o0 - b * o1) / det, (a * o1 - c * o0) / det
-    system, at = np.empty((SYSTEM_ROWS, 3)), np.empty((1, 3))
     turn = body[TWIST, 2]
     slope, step, flat = 0.0, np.inf, False
     for last in range(NEWTON_STEPS + 1):
@@ -266,9 +287,11 @@ def _hold(feet: FloatArray, load: FloatArray, sticking: BoolArray, system: Float
 
 
 @compiled
-def _several_rest(feet: FloatArray, body: FloatArray, sticking: BoolArray, creep: bool) -> int:
+def _several_rest(
+    feet: FloatArray, body: FloatArray, sticking: BoolArray, creep: bool, system: FloatArray,
+    at: FloatArray,
+) -> int:  # fmt: skip
     count = sticking.size
-    system, at = np.empty((SYSTEM_ROWS, 3)), np.empty((1, 3))
     _lay_resting(feet, sticking, system)
     if not solve3(system):
         return NOT_SOLVED

@@ -15,7 +15,7 @@ import numpy as np
 from model.compiled import FLAG, compile_for, compiled
 from model.errors import ModelError
 from model.support.kernel import ROWS, SPEED_X, SPEED_Y, X, Y
-from model.traction.coulomb_frame import balance_frame
+from model.traction.coulomb_frame import balance_frame, balance_space
 from model.traction.coulomb_kernel import FootLaw
 from model.traction.kernel import (
     CREEP_SPEED_M_S,
@@ -224,6 +224,7 @@ def _balance(given: Given, law: FootLaw, newtons: bool, out: TractionSolutions) 
     twist, before, rest = np.zeros(3), kept[2:5].copy(), np.zeros(count, dtype=np.bool_)
     outside = np.zeros(5 if others.shape[0] > 0 else 0)
     elastic = np.zeros((count if give.shape[0] > 0 else 0, 4))
+    space = balance_space(count)
     heavy = kept[0] > 0.0 or kept[1] > 0.0
     plain = not law.coulomb and law.static_ratio == 1.0 and give.shape[0] == 0
     warm, last = False, speed.shape[2] - 1
@@ -270,7 +271,7 @@ def _balance(given: Given, law: FootLaw, newtons: bool, out: TractionSolutions) 
                         twist[i] = 2.0 * velocity[f - 1, i] - velocity[f - 2, i]
                 reason[f], unique[f] = balance_frame(
                     work, loads, mu, law, outside, elastic, warm, twist, slip[f], force[f], rest,
-                    count > 0,
+                    count > 0, space,
                 )  # fmt: skip
         warm = reason[f] == FINE
         if warm:

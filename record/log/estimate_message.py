@@ -4,7 +4,12 @@ Not by ``record.log.fields``: its fields are in another order than the dataclass
 one row, and of a covariance only the lower half, row by row, is kept.
 """
 
+from collections.abc import Iterator, Sequence
+from operator import attrgetter
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Estimate, Health
@@ -57,6 +62,63 @@ def write_estimate(w: CdrWriter, estimate: Estimate | None, *, with_sources: boo
         w.sequences(FLOATS, e.source_nis)
         w.sequences(INTS, e.source_dof)
         w.sequences(FLOATS, e.noise_scale)
+
+
+def one_behind_the_other(values: Sequence[Any]) -> NDArray[Any]:
+    """Numbers, or arrays of one shape and kind, of many ticks in one row."""
+    first = values[0]
+    if not (isinstance(first, np.ndarray) and first.ndim):
+        return np.array(values)
+    try:
+        return np.frombuffer(b"".join(values), first.dtype)  # a quarter of the time of numpy's
+    except BufferError:  # rows of theirs do not lie one behind the other
+        return np.concatenate(values, axis=None)
+
+
+def estimate_columns(
+    estimates: Sequence[Estimate],
+) -> Iterator[tuple[str, NDArray[Any] | list[str]]]:
+    """Yield the fields of estimates as ``write_estimate`` writes them, by their names in the message.
+
+    Args:
+        estimates: B estimates of one robot.
+
+    Yields:
+        Name, and numbers with a row for each estimate, (B, ...), or texts.
+    """
+    count = len(estimates)
+
+    def together(name: str) -> NDArray[Any]:
+        return one_behind_the_other(list(map(attrgetter(name), estimates))).reshape(count, -1)
+
+    def single(name: str) -> NDArray[Any]:
+        return np.array(list(map(attrgetter(name), estimates)))
+
+    yield "t_ns", single("t_ns")
+    yield "health", np.array([HEALTHS.index(one.health) for one in estimates])
+    yield "reason", [one.reason for one in estimates]
+    for name in ("holding", "nis_dof", "rejects"):
+        yield name, single(name)
+    planar = np.empty((count, 15))
+    planar[:, 0:2], planar[:, 2] = together("position_m"), single("yaw_rad")
+    planar[:, 3:6], planar[:, 6:9] = together("velocity_B"), together("bias_B")
+    planar[:, 9:11], planar[:, 11] = together("tilt_rad"), single("height_m")
+    planar[:, 12], planar[:, 13] = single("nis"), single("log_likelihood")
+    planar[:, 14] = single("force_age_s")
+    yield "planar", planar
+    for name in ("pose_covariance", "twist_covariance"):
+        yield name, together(name)[:, _LOWER]
+    for name in ("mu", "mu_sd", "stiffness", "stiffness_sd"):
+        yield name, together(name)
+    yield "force_b", together("force_B")
+    yield "force_covariance", together("force_covariance").reshape(-1, 9)[:, _LOWER]
+    for name in ("load_share", "load_share_sd", "innovation", "contact", "slipping"):
+        yield name, together(name)
+    yield "gyro_bias", single("gyro_bias_rad_s")
+    yield "gyro_bias_sd", single("gyro_bias_sd")
+    yield "remark", [one.remark for one in estimates]
+    for name in ("source_nis", "source_dof", "noise_scale"):
+        yield name, together(name)
 
 
 def _lower(covariance: FloatArray) -> tuple[float, ...]:

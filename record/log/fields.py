@@ -41,6 +41,7 @@ class Fields(Generic[T]):
 
     Attributes:
         text: These lines in the message's definition.
+        pairs: Name of each field in the dataclass, and in the message.
         write: Writes a value.
         read: Reads a value; raises ValueError where the message is damaged.
         skip: Steps over a value; raises ValueError where the message ends too early.
@@ -52,6 +53,10 @@ class Fields(Generic[T]):
 
     def __init__(self, make: type[T], *lines: str) -> None:
         self.text = "".join(" ".join(line.split()[:2]) + "\n" for line in lines)
+        self.pairs = tuple(
+            (field.name, line.split()[1])
+            for field, line in zip(fields(make), lines, strict=True)  # type: ignore[arg-type]
+        )
         types = get_type_hints(make)
         columns = [
             _field(field.name, types[field.name], *line.split())

@@ -8,6 +8,7 @@ readings of one among the inputs, no gyro bias in the estimate.
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -98,6 +99,23 @@ _DEAD_RECKONING = Fields(
     "float64 dead_reckoning_yaw_rad", "float64[3] dead_reckoning_velocity_b",
     "bool dead_reckoning_valid",
 )  # fmt: skip
+# The outputs of a tick that have fields of their own, each with where it is in a tick.
+_OUTPUTS: dict[str, Fields[Any]] = {
+    "joints": _JOINTS,
+    "forces": _FORCES,
+    "wished": _WISHED,
+    "sent": _SENT,
+    "feet": _FEET,
+    "contact.support": _SUPPORT,
+    "contact.traction": _TRACTION,
+    "dead_reckoning": _DEAD_RECKONING,
+}
+# By the field of the message, where it is in a tick: faults and estimate are beside it.
+OUTPUT_PLACES = {
+    name: f"{where}.{attribute}"
+    for where, part in _OUTPUTS.items()
+    for attribute, name in part.pairs
+} | {"gait_phase": "gait_phase"}
 # By the name of their type in ROS 2. A tick's inputs come first, then its outputs.
 TICK_DEFINITIONS = {
     "bigant_msgs/Fault": _FAULT.text,

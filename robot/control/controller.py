@@ -17,6 +17,7 @@ from gaits.catalog import make_gaits
 from gaits.gait import Gait
 from gaits.plan import Walking
 from model.kinematics.legs import leg_kinematics
+from model.kinematics.one_shaft import OneShaftKinematics
 from model.motion import differentiate
 from model.motion.dead_reckoning import advance as advance_dead_reckoning
 from model.quasistatic.frame import prepare, solve_frame
@@ -24,11 +25,12 @@ from model.values.arrays import readonly
 from model.values.contact import ContactSolution, no_contact
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.gravity import STANDARD_GRAVITY
-from model.values.legs import FootMotion, JointCommand, no_feet
+from model.values.legs import FootForces, FootMotion, JointCommand, JointState, no_feet
 from model.values.readings import silent_readings
 from model.values.tick import DeadReckoning, Inputs, Mode, Tick
 from robot.config.robot_file import RobotConfig
 from robot.config.undriven import not_driven
+from robot.control.ahead import Ahead, LookAhead
 from robot.control.body_watch import BodyInputs, BodyMemory, watch_body
 from robot.control.effects import model_of
 from robot.control.estimator_stage import EstimatorStage, estimator_stage
@@ -96,6 +98,11 @@ class Controller:
         self._nothing = readonly(np.full(robot.legs.count, np.nan))
         self._effects = model_of(config)
         self._kinematics = leg_kinematics(robot)
+        self._ahead: LookAhead | None = None
+        if self._effects is None and isinstance(self._kinematics, OneShaftKinematics):
+            self._ahead = LookAhead(
+                self._kinematics, robot.contact, self._weight_n, config.servo_bus, self._scales
+            )
         self._estimator: EstimatorStage | None = None
         if config.estimator.enabled and estimate:
             self._estimator = estimator_stage(config, self._kinematics)
@@ -140,8 +147,20 @@ class Controller:
             0, senses, estimates, decision, Command(command, Allowed(command), 0, ())
         )
 
+    def ahead(self, state: ControllerState, inputs: Sequence[Inputs], first_ns: int) -> list[Ahead]:
+        """Compute senses and model of recorded ticks at once: of as many, from the first, as is possible.
+
+        Args:
+            state: State before the first of them.
+            inputs: Their inputs.
+            first_ns: Time of the first [ns].
+        """
+        if self._ahead is None:
+            return []
+        return self._ahead.of(state.senses, first_ns if state.index == 0 else None, inputs)
+
     def step(
-        self, state: ControllerState, inputs: Inputs, t_ns: int
+        self, state: ControllerState, inputs: Inputs, t_ns: int, ahead: Ahead | None = None
     ) -> tuple[ControllerState, Tick]:
         """Advance by one tick.
 
@@ -149,12 +168,17 @@ class Controller:
             state: State after the tick before.
             inputs: Everything known in this tick.
             t_ns: Time of the tick.
+            ahead: What was computed of this tick beforehand; the result is the same without it.
 
         Returns:
             The new state and the tick, which holds the inputs, every stage's output and the faults.
         """
-        senses = self._sense(state, inputs, t_ns)
-        estimates = self._estimate(state, inputs, senses, t_ns)
+        if ahead is not None and ahead.after is not state.senses.joints:
+            ahead = None  # something happened that was not foreseen
+        senses = self._sense(state, inputs, t_ns, ahead)
+        if ahead is not None and ahead.joints is not senses.joints:
+            ahead = None
+        estimates = self._estimate(state, inputs, senses, t_ns, ahead)
         decision = self._decide(state, inputs, senses, estimates, t_ns)
         command = self._command(state, senses, decision, t_ns)
         phase = decision.phase
@@ -179,28 +203,46 @@ class Controller:
 
     # Sense.
 
-    def _sense(self, state: ControllerState, inputs: Inputs, t_ns: int) -> Senses:
+    def _sense(
+        self, state: ControllerState, inputs: Inputs, t_ns: int, ahead: Ahead | None
+    ) -> Senses:
         """Turn counts into angles and forces; what is missing or implausible is NaN."""
         servos = inputs.servos
         if servos is None:
             servos = silent_readings(t_ns, self.config.parameters.legs.count)
         down, usable = legs_down(state.decision.recovery.memory, inputs.servo_events), servos
-        if True in down.tolist():
+        began_ns = t_ns if state.index == 0 else state.senses.began_ns
+        any_down = True in down.tolist()
+        if ahead is not None and not any_down:
+            newest = ahead.forces
+            if newest is None:
+                newest = self._newest_forces(state, inputs, t_ns, ahead.joints)
+            last = self._last_command(state, inputs)
+            return Senses(
+                servos, ahead.joints, newest, down, last, ahead.times_ns, ahead.angles_rad, began_ns
+            )
+        if any_down:
             # after a restart a servo has another number for the same angle
             usable = replace(servos, valid=readonly(servos.valid & ~down))
         joints = joint_state(usable, self.config.servo_bus)
-        before, forces = state.senses, state.senses.forces
-        if inputs.forces:
-            forces = self._scales.forces(inputs.forces[-1], joints.angle_rad)
-        elif t_ns - forces.t_ns > self.config.force_sensor.silent_limit_s * 1e9:
-            forces = self._no_forces
+        before, forces = state.senses, self._newest_forces(state, inputs, t_ns, joints)
         times_ns, angles_rad = np.empty_like(before.times_ns), np.empty_like(before.angles_rad)
         times_ns[:-1], angles_rad[:-1] = before.times_ns[1:], before.angles_rad[1:]
         times_ns[-1] = t_ns if state.index == 0 else joints.t_ns
         angles_rad[-1] = joints.angle_rad
-        began_ns = t_ns if state.index == 0 else before.began_ns
         last = self._last_command(state, inputs)
         return Senses(servos, joints, forces, down, last, times_ns, angles_rad, began_ns)
+
+    def _newest_forces(
+        self, state: ControllerState, inputs: Inputs, t_ns: int, joints: JointState
+    ) -> FootForces:
+        """Return the forces of the newest record, absent after too long a silence."""
+        forces = state.senses.forces
+        if inputs.forces:
+            return self._scales.forces(inputs.forces[-1], joints.angle_rad)
+        if t_ns - forces.t_ns > self.config.force_sensor.silent_limit_s * 1e9:
+            return self._no_forces
+        return forces
 
     def _last_command(self, state: ControllerState, inputs: Inputs) -> JointCommand:
         """Return the last command, dated when the bus was done with it.
@@ -217,13 +259,21 @@ class Controller:
     # Estimate.
 
     def _estimate(
-        self, state: ControllerState, inputs: Inputs, senses: Senses, t_ns: int
+        self,
+        state: ControllerState,
+        inputs: Inputs,
+        senses: Senses,
+        t_ns: int,
+        ahead: Ahead | None,
     ) -> Estimates:
         """Solve the model for the measured shafts, and estimate where the body is."""
         forces = senses.forces
         if self._effects is not None:
             forces = self._effects.true_forces(forces, (t_ns - senses.began_ns) * 1e-9)
-        feet, contact = self._model(state, senses, t_ns)
+        if ahead is not None:
+            feet, contact = ahead.feet, ahead.contact
+        else:
+            feet, contact = self._model(state, senses, t_ns)
         faults: tuple[Fault, ...] = ()
         if not contact.support.converged:
             faults = (Fault(FaultKind.NO_SUPPORT, "support", contact.support.reason),)
@@ -234,8 +284,9 @@ class Controller:
         memory, estimate = state.estimates.estimator, None
         if self._estimator is not None and memory is not None:
             memory, estimate = self._estimator.step(
-                memory, t_ns, senses.joints, senses.forces, inputs.poses, inputs.imu
-            )
+                memory, t_ns, senses.joints, senses.forces, inputs.poses, inputs.imu,
+                None if ahead is None else ahead.servo_feet,
+            )  # fmt: skip
         return Estimates(feet, contact, forces, dead_reckoning, estimate, memory, faults)
 
     def _model(

@@ -17,7 +17,7 @@ from model.motion.shaft_speed import ShaftSpeeds
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import POSE, Estimate, OdometryInputs
 from model.values.gravity import STANDARD_GRAVITY
-from model.values.legs import FootForces, JointState
+from model.values.legs import FootForces, FootMotion, JointState
 from model.values.parameters import RobotParameters
 from model.values.readings import ImuRecord, PoseRecord
 from model.values.tick import SensedTick
@@ -88,6 +88,7 @@ class EstimatorStage:
         forces: FootForces,
         poses: tuple[PoseRecord, ...] = (),
         imu: tuple[ImuRecord, ...] = (),
+        servo_feet: FootMotion | None = None,
     ) -> tuple[StageMemory, Estimate]:
         """Advance by a tick.
 
@@ -99,13 +100,18 @@ class EstimatorStage:
             poses: Absolute poses received since the last tick. The first one ever says where the outside
                 world lies in ours, so that the estimate does not jump.
             imu: Readings of the IMU since then; the newest fresh one counts.
+            servo_feet: Feet at these shafts, if they are known already; they are the same.
         """
         effects, added = memory.effects, None
         speeds, rate_rad_s = shaft_speed.agreed(
             memory.speeds, joints.t_ns, joints.angle_rad, joints.rate_rad_s
         )
         if self._effects is None:
-            feet = self._kinematics.feet(joints.angle_rad, rate_rad_s)
+            feet = servo_feet
+            if (
+                feet is None or rate_rad_s is not joints.rate_rad_s
+            ):  # in a slow loop it is corrected
+                feet = self._kinematics.feet(joints.angle_rad, rate_rad_s)
         else:
             effects, tick = self._effects.step(effects, t_ns, joints.angle_rad, rate_rad_s, forces)
             feet, forces, added = tick.answer.feet, tick.forces, tick.added

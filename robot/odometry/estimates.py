@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import fields
+from operator import attrgetter
 from typing import Any, overload
 
 import numpy as np
@@ -10,9 +11,9 @@ from numpy.typing import NDArray
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Estimate, Health
 from record.growing_array import GrowingTable
-from record.log.estimate_message import HEALTHS
+from record.log.estimate_message import HEALTHS, one_behind_the_other
 
-BLOCK = 1024  # rows
+BLOCK = 128  # rows
 HEALTH, TEXTS = "health", ("reason", "remark")
 NAMES = tuple(field.name for field in fields(Estimate))
 REAL = {field.name for field in fields(Estimate) if field.type is float}
@@ -97,31 +98,20 @@ class EstimateSeries(Sequence[Estimate]):
 
 
 class EstimateColumns:
-    """Columns that grow by an estimate at a time."""
+    """Columns that grow by an estimate at a time; a block of them is joined at once."""
 
     def __init__(self) -> None:
         self._codes: dict[str, int] = {}
         self._full = GrowingTable()
-        self._block: Columns = {}
-        self._row = 0
+        self._block: list[Estimate] = []
 
     def __len__(self) -> int:
-        return len(self._full) + self._row
+        return len(self._full) + len(self._block)
 
     def add(self, estimate: Estimate) -> None:
         """Add the estimate of the next tick."""
-        if not self._block:
-            self._block = _block_for(estimate)
-        row, block = self._row, self._block
-        for name in NAMES:
-            value = getattr(estimate, name)
-            if name == HEALTH:
-                value = HEALTHS.index(value)
-            elif name in TEXTS:
-                value = self._code(value)
-            block[name][row] = value
-        self._row = row + 1
-        if self._row == BLOCK:
+        self._block.append(estimate)
+        if len(self._block) == BLOCK:
             self._end_block()
 
     def extend(self, more: EstimateSeries) -> None:
@@ -141,15 +131,21 @@ class EstimateColumns:
         return self._codes.setdefault(text, len(self._codes))
 
     def _end_block(self) -> None:
-        self._full.extend({name: block[: self._row] for name, block in self._block.items()})
-        self._row = 0
+        if self._block:
+            # in the order of ticks, as texts are numbered by when they are met
+            codes: dict[str, list[int]] = {name: [] for name in TEXTS}
+            for estimate in self._block:
+                for name in TEXTS:
+                    codes[name].append(self._code(getattr(estimate, name)))
+            self._full.extend({name: self._column(name, codes) for name in NAMES})
+        self._block = []
 
-
-def _block_for(estimate: Estimate) -> Columns:
-    """Columns for a block of such estimates, to be filled."""
-    block: Columns = {}
-    for name in NAMES:
-        value = np.asarray(0 if name == HEALTH or name in TEXTS else getattr(estimate, name))
-        kind = np.dtype(np.float64) if name in REAL else value.dtype
-        block[name] = np.empty((BLOCK, *value.shape), dtype=kind)
-    return block
+    def _column(self, name: str, codes: dict[str, list[int]]) -> NDArray[Any]:
+        """A field of the block, (B, ...)."""
+        if name in codes:
+            return np.array(codes[name], dtype=np.int64)
+        values = list(map(attrgetter(name), self._block))
+        if name == HEALTH:
+            return np.array([HEALTHS.index(value) for value in values], dtype=np.int64)
+        column = one_behind_the_other(values).reshape(len(values), *np.shape(values[0]))
+        return column.astype(np.float64, copy=False) if name in REAL else column

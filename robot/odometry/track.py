@@ -3,7 +3,7 @@
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from drivers.ati.foot_forces import no_forces
 from model.errors import ModelError
 from model.estimator.sources import ABSOLUTE
-from model.values.arrays import BoolArray, FloatArray, IntArray
+from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.estimate import Estimate, EstimatorState, paired_covariance
 from model.values.tick import SensedTick
 from record.log.blocks.read import read_log
@@ -203,9 +203,17 @@ class Tracker:
 
 def _rejected(before: EstimatorState, after: EstimatorState) -> BoolArray:
     """Which measurements were rejected between two states, (5, N): each counts its rejections in a row."""
+    if after.rejected is before.rejected and after.far_poses == before.far_poses:
+        return _none(*before.rejected.shape)  # nothing was measured
     rejected: BoolArray = after.rejected > before.rejected
     rejected[ABSOLUTE, 0] |= after.far_poses > before.far_poses
     return rejected
+
+
+@cache
+def _none(kinds: int, legs: int) -> BoolArray:
+    """No rejection at all."""
+    return readonly(np.zeros((kinds, legs), dtype=bool))
 
 
 def track(items: Iterable[StampedTick], config: RobotConfig) -> Track:

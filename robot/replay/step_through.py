@@ -8,6 +8,7 @@ from model.values.faults import SERVO_EVENTS, Fault, FaultKind, ServoEvent
 from model.values.tick import Inputs, Tick
 from record.log.reader import TopicMessage, damaged, sound
 from record.log.tick_message import TickInputs, decode_inputs
+from robot.control.ahead import Ahead
 from robot.control.controller import Controller
 from robot.control.state import ControllerState
 
@@ -41,8 +42,11 @@ def step_recorded(
     recorded: TickInputs,
     controller: Controller,
     state: ControllerState,
+    ahead: Ahead | None = None,
 ) -> tuple[ControllerState, Tick]:
     """Step a controller by the inputs in a message.
+
+    What was computed of the tick beforehand, if anything, changes nothing.
 
     Raises:
         RecordError: The tick is damaged.
@@ -55,7 +59,7 @@ def step_recorded(
     inputs: Inputs = recorded.inputs
     if events:
         inputs = replace(inputs, servo_events=events)
-    return controller.step(state, inputs, recorded.t_ns)
+    return controller.step(state, inputs, recorded.t_ns, ahead)
 
 
 def in_order(
@@ -70,7 +74,7 @@ def in_order(
         with sound(path, message):
             recorded = decode_inputs(message.data, message.layout)
         if recorded.index != index:
-            notes.append(_gap_words(index, recorded.index))
+            notes.append(gap_words(index, recorded.index))
             return
         yield message, recorded
 
@@ -93,7 +97,8 @@ def servo_events(faults: Sequence[Fault], names: Sequence[str]) -> tuple[ServoEv
     return tuple(sorted(events, key=lambda event: event.kind is FaultKind.SERVO_DOWN))
 
 
-def _gap_words(expected: int, index: int) -> str:
+def gap_words(expected: int, index: int) -> str:
+    """Say what is wrong where a tick has another number than expected."""
     if index < expected:
         return "another run begins here (the log is merged): only the first is replayed"
     return (

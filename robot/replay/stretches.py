@@ -15,11 +15,10 @@ from model.errors import BigantError
 from record.log.reader import LogContents
 from record.log.salvage import DAMAGE
 from record.log.stretches import Stretch, find_stretches, read_stretch
-from record.log.tick_message import decode_inputs, says_the_same
 from robot.console.stretch_pool import DifferentError, in_stretches
 from robot.control.controller import Controller
 from robot.control.state_bytes import bytes_of_state, state_of_bytes
-from robot.replay.step_through import step_recorded
+from robot.replay.blocks import step_in_blocks
 from robot.run.header import Rebuilt, rebuild_controller
 
 Texts = tuple[tuple[str, str], ...]
@@ -114,21 +113,22 @@ def _replay_stretch(task: StretchTask) -> StretchDone:
     state = controller.initial()
     if stretch.before is not None:
         state = state_of_bytes(stretch.before, controller.book.gaits)
-    first_ns, index = -1, stretch.begin
+    first_ns, now_ns, index = -1, -1, stretch.begin
     contents = LogContents(task.config_text, MappingProxyType(dict(task.metadata)))
-    for message in read_stretch(path, contents, stretch):
-        recorded = decode_inputs(message.data, message.layout)
-        state, tick = step_recorded(path, message, recorded, controller, state)
-        same = says_the_same(tick, message.data, recorded.end, message.layout)
-        if not same or recorded.index != index:
+    messages, gaps = read_stretch(path, contents, stretch), list[str]()
+    for block in step_in_blocks(path, messages, controller, gaps, state, index):
+        if gaps or not all(block.same()):
             raise DifferentError
-        first_ns = first_ns if index > stretch.begin else tick.t_ns
-        index += 1
+        first_ns = first_ns if index > stretch.begin else block.ticks[0].t_ns
+        now_ns, state = block.ticks[-1].t_ns, block.state
+        index += len(block.ticks)
+    if gaps:
+        raise DifferentError
     whole = index == stretch.end if stretch.end is not None else index > stretch.begin
     ends_alike = stretch.after is None or bytes_of_state(state) == stretch.after
     if contents.damages or not (whole and ends_alike):
         raise DifferentError
-    return StretchDone(index - stretch.begin, first_ns, tick.t_ns)
+    return StretchDone(index - stretch.begin, first_ns, now_ns)
 
 
 @cache

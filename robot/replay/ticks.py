@@ -24,11 +24,13 @@ from record.log.reader import (
 from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says_the_same
 from robot.config.robot_file import RobotConfig
 from robot.console.processes import worth_processes
+from robot.control.controller import Controller
 from robot.control.estimator_stage import TickEstimator
 from robot.replay.beside import estimator_beside
+from robot.replay.blocks import step_in_blocks
 from robot.replay.compare import ComparedRun, Comparison
 from robot.replay.fields import FIELDS
-from robot.replay.step_through import in_order, step_through
+from robot.replay.step_through import in_order
 from robot.replay.stretches import replay_stretches
 from robot.run.header import config_of, rebuild_controller
 
@@ -107,15 +109,15 @@ def replay_log(
         if first_message.layout == 1:
             notes.append("the log is older than the estimator: what that says is not compared")
             fields = [f for f in fields if f.stage != "estimate"]
-        steps = step_through(path, messages, controller, notes)
+        steps = _compared(path, messages, controller, notes)
     with sound(path, first_message):
         start_ns = now_ns = decode_inputs(first_message.data, first_message.layout).t_ns
     comparison = Comparison(fields, robot.parameters.legs.names, scale, start_ns)
     equal_bits = 0
-    for message, recorded, tick in steps:
+    for message, recorded, tick, same in steps:
         now_ns = tick.t_ns
         # the same bits need no second look, and taking a message apart costs more than making one
-        if says_the_same(tick, message.data, recorded.end, message.layout):
+        if same:
             comparison.add_equal()
             equal_bits += 1
         else:
@@ -160,12 +162,13 @@ def _replay_in_two(
     ticks = start_ns = now_ns = 0
     try:
         with estimator_beside(path, config) as estimated:
-            for message, recorded, tick in step_through(path, messages, rebuilt.controller, notes):
-                end, layout = recorded.end, message.layout
-                same = says_the_same(tick, message.data, end, layout, estimate=False)
-                if not same or (estimated.done() and estimated.result() <= ticks):
+            for block in step_in_blocks(path, messages, rebuilt.controller, notes):
+                if not all(block.same(estimate=False)):
                     raise _DifferentError
-                start_ns, now_ns, ticks = start_ns if ticks else tick.t_ns, tick.t_ns, ticks + 1
+                start_ns = start_ns if ticks else block.ticks[0].t_ns
+                now_ns, ticks = block.ticks[-1].t_ns, ticks + len(block.ticks)
+                if estimated.done() and estimated.result() < ticks:
+                    raise _DifferentError
             if estimated.result() < ticks or not ticks:
                 raise _DifferentError
     except (_DifferentError, BrokenExecutor):  # or the other process is gone
@@ -205,10 +208,25 @@ def _in_stretches(
     )
 
 
+Compared = tuple[TopicMessage, TickInputs, Tick, bool]
+
+
+def _compared(
+    path: Path, messages: Iterable[TopicMessage], controller: Controller, notes: list[str]
+) -> Iterator[Compared]:
+    """Step a controller through recorded inputs; yield today's ticks, and whether the log says the same.
+
+    Raises:
+        RecordError: A tick is damaged.
+    """
+    for block in step_in_blocks(path, messages, controller, notes):
+        yield from zip(block.messages, block.recorded, block.ticks, block.same(), strict=False)
+
+
 def _estimate_through(
     path: Path, messages: Iterable[TopicMessage], estimator: TickEstimator, notes: list[str]
-) -> Iterator[tuple[TopicMessage, TickInputs, Tick]]:
-    """Step an estimator through recorded ticks: as ``step_through``, and all but the estimate is the log's.
+) -> Iterator[Compared]:
+    """Step an estimator through recorded ticks: as ``_compared``, and all but the estimate is the log's.
 
     Raises:
         RecordError: A tick is damaged.
@@ -217,7 +235,9 @@ def _estimate_through(
     for message, recorded in in_order(path, messages, notes):
         with sound(path, message):
             tick = decode_tick(message.data, message.layout, recorded)
-        yield message, recorded, replace(tick, estimate=estimator.step(tick.sensed))
+        now = replace(tick, estimate=estimator.step(tick.sensed))
+        same = says_the_same(now, message.data, recorded.end, message.layout)
+        yield message, recorded, now, same
 
 
 def _check_estimate(path: Path, first_message: TopicMessage, gait: str | None) -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from gaits.buehler import BuehlerClock
@@ -35,6 +35,21 @@ steers = st.floats(-1, 1)
 def test_one_cycle_is_one_turn_exactly(gait: Gait, phase: float, steer: float) -> None:
     here, later = gait.motion(phase, steer), gait.motion(phase + 1, steer)
     assert later.angle_rad - here.angle_rad == pytest.approx(np.full(6, TURN), abs=1e-6)
+
+
+@GAITS
+@given(phase=phases, steer=steers)
+@example(phase=0.0, steer=0.0)
+@example(phase=1e9, steer=-1.0)
+def test_one_phase_and_many_are_the_same_to_the_bit(gait: Gait, phase: float, steer: float) -> None:
+    near = phase + np.linspace(
+        0.0, 1.0, 41
+    )  # touchdowns, lift-offs, and what is rounded beside them
+    many = gait.motion(near, steer)
+    for i, now in enumerate(near.tolist()):
+        one = gait.motion(now, steer)
+        for name in ("angle_rad", "slope", "curvature"):
+            assert getattr(one, name).tobytes() == getattr(many, name)[i].tobytes()
 
 
 @GAITS

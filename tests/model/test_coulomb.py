@@ -5,7 +5,7 @@ import pytest
 
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, Reason, solve_frames
 from model.support.kernel import ROWS, SPEED_X, X, Y
-from model.traction.coulomb_frame import balance_frame
+from model.traction.coulomb_frame import balance_frame, balance_space
 from model.traction.coulomb_kernel import FootLaw
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
@@ -195,7 +195,7 @@ def test_any_forces_that_hold_feet_at_rest_leave_the_velocity_and_balance(fast_m
         slip, force = np.zeros((5, 2)), np.zeros((5, 2))
         reason, _ = balance_frame(
             work, loads, mu, FootLaw(True, 0.0, 1.0, 1.0, 1.0), np.empty(0), slip[:0], False, twist,
-            slip, force, rest, creep,
+            slip, force, rest, creep, balance_space(5),
         )  # fmt: skip
         assert reason == 0
         assert rest.tolist() == [True, False, True, True, True]

@@ -7,7 +7,7 @@ import pytest
 
 from model.estimator import force_blend
 from model.estimator.filter import Estimator
-from model.estimator.settings import EstimatorSettings
+from model.estimator.settings import RECORD_S, EstimatorSettings
 from model.quasistatic.frame import solve_frame
 from model.values.arrays import FloatArray
 from model.values.estimate import ForceMemory, OdometryInputs
@@ -22,14 +22,39 @@ FILTERED = PLAIN + 0.03 * DRAW.normal(size=(6, 3))
 RECORDS = 5000  # five memories
 
 
+def predict(
+    memory: ForceMemory, measured: FloatArray | None, filtered: FloatArray, plain: FloatArray
+) -> tuple[FloatArray, ForceMemory]:
+    """Forces of a robot of weight 1, and what is known then."""
+    predicted, apart, agree = np.empty(plain.shape), np.empty(2), np.empty(2)
+    heard = filtered if measured is None else measured
+    known = force_blend.blend_kernel(
+        memory.apart, memory.agree, heard, measured is not None, filtered, plain, 1.0,
+        RECORD_S / SETTINGS.learning_s, predicted, apart, agree,
+    )  # fmt: skip
+    return predicted, ForceMemory(apart, agree) if known else memory
+
+
+def of_feet(
+    memory: ForceMemory, feet: FootMotion, contact: ContactParameters, filtered: FloatArray
+) -> FloatArray:
+    """Forces over the weight of feet whose open loop the kernel solves itself, without a record."""
+    predicted, apart, agree = np.empty((6, 3)), np.empty(2), np.empty(2)
+    force_blend.forces_kernel(
+        feet.position_m, feet.velocity_m_s, contact.stiffness, contact.mu, contact.anisotropy,
+        WEIGHT_N, memory.apart, memory.agree, filtered, False, filtered, 0.0, predicted, apart, agree,
+    )  # fmt: skip
+    return predicted / WEIGHT_N
+
+
 def learn(
     memory: ForceMemory, measured: FloatArray, filtered: FloatArray, plain: FloatArray
 ) -> ForceMemory:
-    return force_blend.predict(memory, measured, filtered, plain, 1.0, SETTINGS)[1]
+    return predict(memory, measured, filtered, plain)[1]
 
 
 def blended(memory: ForceMemory, filtered: FloatArray, plain: FloatArray) -> FloatArray:
-    return force_blend.predict(memory, None, filtered, plain, 1.0, SETTINGS)[0]
+    return predict(memory, None, filtered, plain)[0]
 
 
 def after(measured: FloatArray, records: int = RECORDS) -> ForceMemory:
@@ -47,11 +72,11 @@ def test_the_open_loop_is_the_public_model(t_s: float, skew: float) -> None:
         draw.uniform(1500, 3000, 6), draw.uniform(0.3, 0.9, 6), skew * draw.normal(size=(6, 2))
     )
     expected = solve_frame(feet_at(t_s), contact, WEIGHT_N)
-    share = force_blend.open_loop(feet_at(t_s), contact, WEIGHT_N)
+    share = of_feet(force_blend.at_start(), feet_at(t_s), contact, FILTERED)
     np.testing.assert_allclose(
         WEIGHT_N * share[:, :2], expected.traction.force_B[:, :2], rtol=0, atol=1e-9
     )
-    np.testing.assert_allclose(WEIGHT_N * share[:, 2], expected.support.load_n, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(share[:, 2], FILTERED[:, 2])
 
 
 def test_without_forces_the_prediction_is_the_open_loop() -> None:
@@ -131,10 +156,9 @@ def test_feet_without_a_force_teach_nothing() -> None:
 def test_without_an_open_loop_the_filter_predicts_alone() -> None:
     ahead = feet_at(0.3).position_m + np.array([1.0, 0.0, 0.0])
     tipping = FootMotion(ahead, feet_at(0.3).velocity_m_s)
-    plain = force_blend.open_loop(tipping, CONTACT, WEIGHT_N)
-    assert np.isnan(plain).all()
-    both = blended(after(PLAIN), FILTERED, plain)
-    np.testing.assert_array_equal(both, FILTERED)
+    nothing = np.full((6, 3), np.nan)
+    np.testing.assert_array_equal(blended(after(PLAIN), FILTERED, nothing), FILTERED)
+    np.testing.assert_allclose(of_feet(after(PLAIN), tipping, CONTACT, FILTERED), FILTERED)
 
 
 def test_whatever_was_learned_the_forces_are_in_balance() -> None:

@@ -1,16 +1,16 @@
 """What is learned of each source, from drawn innovations whose size and memory are known."""
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 from model.estimator import sources
 from model.estimator.filter import Estimator
-from model.estimator.settings import EstimatorSettings, record_of
-from model.estimator.sources import ABSOLUTE, FORCE, GYRO, LOAD, NO_SOURCE, TILT, NumberPlaces
-from model.values.arrays import FloatArray
+from model.estimator.settings import EstimatorSettings, Record, record_of
+from model.estimator.sources import ABSOLUTE, FORCE, GYRO, LOAD, NO_SOURCE, TILT
+from model.values.arrays import FloatArray, IntArray
 from model.values.estimate import NEVER, SOURCES, SourceMemory
 from tests.model.estimator_world import CONTACT, WEIGHT_N, simulate
 
@@ -26,7 +26,38 @@ BLOCKS = np.array(
     + [[18, ABSOLUTE, 0], [21, GYRO, 0], [22, TILT, 0], [23, TILT, 1]]
 )
 COUNT = 24
-EVERY = sources.places(BLOCKS, COUNT, LEGS)
+
+
+class NumberPlaces(NamedTuple):
+    """Of some numbers: their source, and the place of each in the memory."""
+
+    source: IntArray
+    place: IntArray
+
+
+def places(blocks: IntArray, count: int, legs: int) -> NumberPlaces:
+    where = NumberPlaces(np.full(count, NO_SOURCE), np.zeros(count, dtype=np.int64))
+    sources.place_kernel(blocks, legs, *where)
+    return where
+
+
+EVERY = places(BLOCKS, COUNT, LEGS)
+
+
+def learn(
+    before: SourceMemory,
+    where: NumberPlaces,
+    innovation: FloatArray,
+    expected: FloatArray,
+    noise: FloatArray,
+    t_ns: int,
+    settings: Record,
+) -> SourceMemory:
+    """What is known of the sources after a tick."""
+    after = sources.room_for(before)
+    then, now = ([getattr(one, name) for name in SourceMemory.__slots__] for one in (before, after))
+    sources.learn_kernel(*where, innovation, expected, noise, t_ns, settings, *then, *now)
+    return sources.closed(after)
 
 
 def fields(memory: SourceMemory) -> list[bytes]:
@@ -51,9 +82,7 @@ def learned(
     memory, history = sources.at_start(LEGS), []
     record, flat = record_of(settings, WEIGHT_N), np.ones(innovations.shape[1])
     for i, left in enumerate(innovations):
-        memory = sources.learn(
-            memory, where, left, expected * flat, NOISE * flat, i * PERIOD_NS, record
-        )
+        memory = learn(memory, where, left, expected * flat, NOISE * flat, i * PERIOD_NS, record)
         history.append(memory)
     return history
 
@@ -113,15 +142,15 @@ def test_sensors_without_a_model_keep_the_noise_of_the_settings() -> None:
 def test_what_is_no_number_changes_nothing(wrong: float) -> None:
     before = learned(lasting(50, 0.5, 0.03))[-1]
     flat = np.full(COUNT, NOISE)
-    after = sources.learn(before, EVERY, np.full(COUNT, wrong), flat, flat, 10**10, RECORD)
+    after = learn(before, EVERY, np.full(COUNT, wrong), flat, flat, 10**10, RECORD)
     assert fields(after) == fields(before)
     # one of them among others is as one that is not there
     left = lasting(1, 0.0, 0.03)[0]
     left[3] = wrong
     others = np.delete(np.arange(COUNT), 3)
-    with_it = sources.learn(before, EVERY, left, flat, flat, 10**10, RECORD)
+    with_it = learn(before, EVERY, left, flat, flat, 10**10, RECORD)
     fewer = NumberPlaces(EVERY.source[others], EVERY.place[others])
-    without = sources.learn(before, fewer, left[others], flat[others], flat[others], 10**10, RECORD)
+    without = learn(before, fewer, left[others], flat[others], flat[others], 10**10, RECORD)
     assert fields(with_it) == fields(without)
 
 
@@ -129,7 +158,7 @@ def test_a_source_that_was_not_heard_is_remembered_as_it_was() -> None:
     before = learned(lasting(50, 0.5, 0.03))[-1]
     loads = NumberPlaces(EVERY.source[:6], EVERY.place[:6])
     flat = np.full(6, NOISE)
-    after = sources.learn(before, loads, np.full(6, 0.05), flat, flat, 10**10, RECORD)
+    after = learn(before, loads, np.full(6, 0.05), flat, flat, 10**10, RECORD)
     for name in ("t_ns", "product", "normal", "misfit", "scale", "colour"):
         np.testing.assert_array_equal(getattr(after, name)[1:], getattr(before, name)[1:])
     assert after.t_ns[LOAD] == 10**10
@@ -149,7 +178,7 @@ def test_every_number_has_a_place_of_its_own() -> None:
     assert sorted(EVERY.place.tolist()) == list(range(COUNT))
     assert EVERY.source.tolist() == [LOAD] * 6 + [FORCE] * 12 + [ABSOLUTE] * 3 + [GYRO, TILT, TILT]
     # a foot's numbers stand where they always do, whichever others are heard; the gauge has none
-    few = sources.places(np.array([[0, LOAD, 4], [1, FORCE, 5], [3, NO_SOURCE, 0]]), 4, LEGS)
+    few = places(np.array([[0, LOAD, 4], [1, FORCE, 5], [3, NO_SOURCE, 0]]), 4, LEGS)
     assert few.place[:3].tolist() == [4, 16, 17]
     assert few.source.tolist() == [LOAD, FORCE, FORCE, NO_SOURCE]
 
@@ -163,7 +192,7 @@ def test_learning_changes_no_memory_that_it_was_given() -> None:
     before = learned(lasting(20, 0.4, 0.03))[-1]
     kept = fields(before)
     flat = np.full(COUNT, NOISE)
-    after = sources.learn(before, EVERY, np.full(COUNT, 0.1), flat, flat, 10**10, RECORD)
+    after = learn(before, EVERY, np.full(COUNT, 0.1), flat, flat, 10**10, RECORD)
     assert fields(before) == kept != fields(after)
     assert not any(getattr(after, name).flags.writeable for name in SourceMemory.__slots__)
 

@@ -4,15 +4,18 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from model.estimator import tolerances
+from model.estimator import filter as filter_module
 from model.estimator.filter import Estimator
 from model.estimator.kalman import sound
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
+from model.estimator.process import Beside, walking
 from model.estimator.settings import EstimatorSettings, Record, record_of
+from model.estimator.stride import Moment, Stride, stride
 from model.estimator.tolerance_kernel import COM_X, COM_Y, CREEP_M_S, OTHERS, SLOPE_X, SLOPE_Y
 from model.estimator.tolerances import Apart
 from model.quasistatic.frames import FrictionLaw, solve_frames
@@ -70,9 +73,10 @@ def answer(mean: FloatArray, feet: FootMotion, record: Record) -> Neighbourhood:
 
 def one_step(settings: EstimatorSettings) -> tuple[Neighbourhood, Companions, Apart]:
     mean, feet, record = some_mean(), some_feet(), record_of(settings, WEIGHT_N)
-    at_file = answer(mean, feet, record)
-    start = tolerances.at_start(6)
-    return at_file, *tolerances.walk_along(start, mean, feet, CONTACT, at_file, record, STEP_S)
+    state = replace(Estimator(CONTACT, WEIGHT_N, settings).initial(), mean=mean)
+    strode = stride(state, feet, CONTACT, record, None, Moment(STEP_S, 0, np.zeros(3)))
+    assert strode is not None
+    return strode.model, strode.companions, strode.apart
 
 
 def public_answer(position: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -165,10 +169,15 @@ def test_tolerances_of_nothing_spread_nothing(monkeypatch: pytest.MonkeyPatch) -
             estimate.pose_covariance, state.covariance[POSE, POSE], rtol=1e-9, atol=1e-18
         )
 
-    def alone(before: Companions, *_: object) -> tuple[Companions, Apart]:
-        return before, _NOTHING
+    def alone(state: EstimatorState, *rest: Any) -> Stride | None:
+        feet, contact, record, _, (dt_s, dead_legs, drift) = rest
+        model = neighbourhood(state.mean, feet, contact, record)
+        assert model is not None
+        beside = Beside(_NOTHING.velocity_B, state.strain, drift)
+        step = walking(state.mean, state.covariance, model, record, dt_s, dead_legs, beside)
+        return Stride(model, state.companions, _NOTHING, step)
 
-    monkeypatch.setattr(tolerances, "walk_along", alone)
+    monkeypatch.setattr(filter_module, "stride", alone)
     without, _ = run(WALK, EXACT)
     np.testing.assert_allclose(with_them[-1].mean, without[-1].mean, rtol=0, atol=1e-9)
     np.testing.assert_allclose(

@@ -72,20 +72,23 @@ class Columns:
     Args:
         form: The form.
         table: Their bytes, (B, size).
+
+    Attributes:
+        form: The same.
+        table: The same.
     """
 
     def __init__(self, form: MessageForm, table: NDArray[np.uint8]) -> None:
-        self.form = form
-        self._table = table
+        self.form, self.table = form, table
 
     def __len__(self) -> int:
-        return len(self._table)
+        return len(self.table)
 
     def of(self, name: str) -> NDArray[Any]:
         """Return a field of all messages, (B,), or (B, n) if it is a sequence."""
         at, kind, flag, count = self.form.places[name]
         size = (kind.itemsize if kind is not None else 1) * abs(count)
-        data = np.ascontiguousarray(self._table[:, at : at + size])
+        data = np.ascontiguousarray(self.table[:, at : at + size])
         numbers = data if kind is None or size == 0 else data.view(kind)
         if size == 0 and kind is not None:
             numbers = np.empty((len(data), 0), kind)
@@ -95,7 +98,7 @@ class Columns:
 
     def plain(self) -> BoolArray:
         """Which messages have no byte in their texts that may be damaged or not ASCII, (B,)."""
-        plain = np.ones(len(self._table), dtype=bool)
+        plain = np.ones(len(self.table), dtype=bool)
         for name, place in self.form.places.items():
             if place.kind is None:
                 plain &= (self.of(name) < TEXT_LIMIT).all(axis=1)

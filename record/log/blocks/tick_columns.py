@@ -272,14 +272,14 @@ def _sensed(columns: Columns) -> Iterator[SensedTick]:
         strict=True,
     )  # fmt: skip
     poses, imu = (
-        _records(columns, "pose_records", PoseRecord),
-        _records(columns, "imu_records", ImuRecord),
+        records_of(columns, "pose_records", PoseRecord),
+        records_of(columns, "imu_records", ImuRecord),
     )
     for row, (now_ns, joint, force) in enumerate(zip(t_ns, joints, forces, strict=True)):
         yield SensedTick(now_ns, JointState(*joint), FootForces(*force), poses[row], imu[row])
 
 
-def _records(columns: Columns, name: str, make: type[T]) -> list[tuple[T, ...]]:
+def records_of(columns: Columns, name: str, make: type[T]) -> list[tuple[T, ...]]:
     """Return the records of one sequence in each tick, oldest first."""
     count = columns.form.counts[name]
     if not count:

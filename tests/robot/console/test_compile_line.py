@@ -62,7 +62,7 @@ def test_it_counts_functions_and_is_silent_in_the_first_second(
 
 def test_no_tick_can_wait_for_the_compiler() -> None:
     from model.estimator import frame_kernel as estimator_kernel
-    from model.estimator import measurements, output, process
+    from model.estimator import gate_kernel, measurements, process, report, stride
     from model.kinematics import four_bar as linkage
     from model.quasistatic import frame as quasistatic
 
@@ -70,7 +70,8 @@ def test_no_tick_can_wait_for_the_compiler() -> None:
     called: list[Any] = [
         quasistatic.frame_kernel, linkage.feet_kernel, estimator_kernel.neighbourhood_kernel,
         process.walk_kernel, process.carry_kernel,
-        measurements.feet_stack_kernel, output.readout_kernel,
+        measurements.feet_stack_kernel, stride.stride_kernel, gate_kernel.weigh_kernel,
+        report.report_kernel,
     ]  # fmt: skip
     for kernel in called:
         assert kernel.dispatcher().signatures, kernel

@@ -1,0 +1,133 @@
+"""Whether ticks say what a log holds, to the bit: outputs as a table of bytes beside the recorded one.
+
+What comes out is what ``says_the_same`` tells of each tick. Where it is not certain, it says no; then each
+tick is to be asked by itself.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.values.arrays import BoolArray
+from model.values.estimate import Estimate
+from model.values.tick import Tick
+from record.log.blocks.message_form import Columns, FieldPlace
+from record.log.cdr import HEADER
+from record.log.estimate_message import estimate_columns, one_behind_the_other
+from record.log.tick_message import OUTPUT_PLACES
+
+_OUTPUTS = tuple((name, attrgetter(where)) for name, where in OUTPUT_PLACES.items())
+NOTHING_BEHIND = 4  # bytes of the length of a sequence of none
+
+
+class _Expected:
+    """Messages of a form as they should be, a row each.
+
+    Args:
+        recorded: The messages.
+    """
+
+    def __init__(self, recorded: Columns) -> None:
+        self._form = recorded.form
+        count, size = len(recorded), recorded.form.size
+        self.table = np.zeros((count, size), np.uint8)
+        at, marks = recorded.form.marks
+        self.table[:, at] = marks
+        self.same = np.ones(count, dtype=bool)
+
+    def numbers(self, name: str, values: NDArray[Any]) -> None:
+        """Lay numbers, a row each."""
+        place = self._form.places[name]
+        if place.kind is None or values.size != len(self.table) * abs(place.numbers):
+            self.same[:] = False
+        elif values.size:
+            rows = np.ascontiguousarray(values.reshape(len(self.table), -1), place.kind)
+            self._lay(place, rows.view(np.uint8))
+
+    def texts(self, name: str, values: Iterable[str]) -> None:
+        """Lay a text each."""
+        place = self._form.places[name]
+        encoded = [text.encode() + b"\0" for text in values]
+        fits = np.array([len(text) == place.numbers for text in encoded])
+        self.same &= fits
+        if fits.all():
+            rows = np.frombuffer(b"".join(encoded), np.uint8).reshape(len(encoded), -1)
+            self._lay(place, rows)
+
+    def _lay(self, place: FieldPlace, rows: NDArray[np.uint8]) -> None:
+        self.table[:, place.at : place.at + rows.shape[1]] = rows
+
+
+def same_outputs(recorded: Columns, ticks: Sequence[Tick], *, estimate: bool = True) -> BoolArray:
+    """Which ticks are certainly as recorded, (B,).
+
+    Args:
+        recorded: Their messages.
+        ticks: Today's, from the inputs in the messages.
+        estimate: Whether estimates are compared, too.
+    """
+    form = recorded.form
+    estimates = [tick.estimate for tick in ticks if tick.estimate is not None]
+    nothing = np.zeros(len(ticks), dtype=bool)
+    if form.counts["faults"] or any(tick.faults for tick in ticks):
+        return nothing
+    if estimate and len(estimates) != form.counts["estimate"] * len(ticks):
+        return nothing
+    expected = _Expected(recorded)
+    lay, texts = expected.numbers, expected.texts
+    for name, value_of in _OUTPUTS:
+        column = list(map(value_of, ticks))
+        if form.places[name].kind is None:
+            texts(name, column)
+        else:
+            lay(name, one_behind_the_other(column))
+    lay("mode", np.array([tick.mode.value for tick in ticks]))
+    lay("stop_reason", np.array([tick.stop_reason.value for tick in ticks]))
+    end = len(HEADER) + form.begins["faults"] + NOTHING_BEHIND
+    if estimate and estimates:
+        lay_estimates(lay, texts, estimates)
+        end = form.size
+    begin = form.places["joints_t_ns"].at
+    codes = [form.places[name].at for name in ("mode", "stop_reason")]
+    there, here = recorded.table, expected.table
+    same: BoolArray = (
+        expected.same
+        & (there[:, begin:end] == here[:, begin:end]).all(axis=1)
+        & (there[:, codes] == here[:, codes]).all(axis=1)
+    )
+    return same
+
+
+def same_estimates(recorded: Columns, estimates: Sequence[Estimate]) -> BoolArray:
+    """Which estimates are certainly as recorded, (B,).
+
+    Args:
+        recorded: Messages of ticks.
+        estimates: Today's.
+    """
+    form = recorded.form
+    expected = _Expected(recorded)
+    if form.counts["estimate"] != 1:
+        return np.zeros(len(estimates), dtype=bool)
+    lay_estimates(expected.numbers, expected.texts, estimates)
+    begin = len(HEADER) + form.begins["estimate"]
+    same: BoolArray = expected.same & (recorded.table[:, begin:] == expected.table[:, begin:]).all(
+        axis=1
+    )
+    return same
+
+
+def lay_estimates(
+    lay: Callable[[str, NDArray[Any]], None],
+    texts: Callable[[str, Iterable[str]], None],
+    estimates: Sequence[Estimate],
+) -> None:
+    """Lay the fields of estimates, one a tick."""
+    for name, values in estimate_columns(estimates):
+        if isinstance(values, list):
+            texts(f"estimate.0.{name}", values)
+        else:
+            lay(f"estimate.0.{name}", values)
