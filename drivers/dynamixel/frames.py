@@ -54,6 +54,7 @@ class Instruction(enum.IntEnum):
     FAST_BULK_READ = 0x9A
 
 
+STATUS_BYTES = 11  # a status frame without parameters
 STATUS = int(Instruction.STATUS)  # every answer is compared with it: an enum takes its time
 
 
@@ -89,6 +90,10 @@ def _pairs(size: int) -> struct.Struct:
 @lru_cache(maxsize=64)  # the loop's own requests are the same in every tick
 def crc16(data: bytes) -> int:
     """CRC-16, polynomial 0x8005, initial 0, most significant bit first; check value 0xFEE8."""
+    return _crc16(data)
+
+
+def _crc16(data: bytes) -> int:
     even = data if len(data) % 2 == 0 else b"\0" + data  # zeros in front change nothing
     crc = 0
     for pair in _pairs(len(even)).unpack(even):
@@ -224,6 +229,39 @@ class FrameParser:
     def _drop(self, count: int, reason: str) -> BadFrame:
         raw, self._buffer = self._buffer[:count], self._buffer[count:]
         return BadFrame(reason, raw)
+
+
+def statuses_in_order(data: bytes, ids: bytes, length: int) -> list[tuple[int, bytes]] | None:
+    """Return what servos that were asked together have answered, where nothing is out of the way.
+
+    Args:
+        data: All that has come.
+        ids: Whom to expect, in this order.
+        length: Bytes of parameters of each.
+
+    Returns:
+        Error byte and parameters of each; None if anything is missing, damaged, stuffed or too much:
+        ``FrameParser`` finds out what.
+    """
+    size = STATUS_BYTES + length
+    if len(data) != size * len(ids) or data.count(STUFFING_MARK) != len(ids):
+        return None
+    answered, begin = [], 0
+    for head in _status_heads(ids, length):
+        end = begin + size
+        inside, crc = data[begin : end - 2], data[end - 2] | data[end - 1] << 8
+        if not inside.startswith(head) or _crc16(inside) != crc:
+            return None
+        answered.append((inside[_FIXED + 1], inside[_FIXED + 2 :]))
+        begin = end
+    return answered
+
+
+@lru_cache(maxsize=64)
+def _status_heads(ids: bytes, length: int) -> tuple[bytes, ...]:
+    """How the answers of servos begin, up to the error byte."""
+    size = STATUS_BYTES + length - _FIXED
+    return tuple(_HEAD.pack(HEADER, one, size) + bytes((STATUS,)) for one in ids)
 
 
 def _damaged_length(raw: bytes) -> int:

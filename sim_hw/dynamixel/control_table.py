@@ -9,14 +9,19 @@ assumed.
 
 from functools import cache
 from struct import Struct
+from typing import NamedTuple
+
+import numpy as np
 
 from drivers.dynamixel.frames import StatusError
 from drivers.dynamixel.registers import Register
 from drivers.dynamixel.servo_model import ServoModel
+from model.values.arrays import FloatArray, IntArray, readonly
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 
 # What a servo measures, first and last; ``struct``'s letters of so many bytes.
 FIRST_MEASURED, LAST_MEASURED = "realtime_tick", "present_temperature"
+GOAL = "goal_position"  # it changes in every tick of a loop
 LETTERS = {1: "B", 2: "H", 4: "I"}
 # Registers that hold a limit of others; exceeding one is Data Limit, not Data Range.
 LIMITED_BY = {
@@ -45,14 +50,38 @@ def _places(
     return cover, pointers, whole
 
 
+class MeasuredRun(NamedTuple):
+    """The registers of what a servo measures: neighbours without a gap.
+
+    Attributes:
+        address: Where they begin.
+        layout: How they lie there.
+        names: Theirs.
+        sizes: Bytes of each, (R,).
+        bounds: Least and largest value of each, (R, 2).
+    """
+
+    address: int
+    layout: Struct
+    names: frozenset[str]
+    sizes: IntArray
+    bounds: FloatArray
+
+
 @cache
-def _measured(model: ServoModel) -> tuple[int, Struct, frozenset[str]]:
-    """Return where what a servo measures begins, how it lies there without a gap, and its names."""
+def measured_run(model: ServoModel) -> MeasuredRun:
+    """Return what a servo measures."""
     registers = model.table.between(FIRST_MEASURED, LAST_MEASURED)
     letters = [LETTERS[one.size].lower() if one.signed else LETTERS[one.size] for one in registers]
     layout = Struct("<" + "".join(letters))
     assert registers[0].address + layout.size == registers[-1].end, "they are neighbours"
-    return registers[0].address, layout, frozenset(one.name for one in registers)
+    least = [-(1 << 8 * one.size - 1) if one.signed else 0 for one in registers]
+    most = [(1 << 8 * one.size - one.signed) - 1 for one in registers]
+    return MeasuredRun(
+        registers[0].address, layout, frozenset(one.name for one in registers),
+        readonly(np.array([one.size for one in registers])),
+        readonly(np.array([least, most], dtype=np.float64).T.copy()),
+    )  # fmt: skip
 
 
 class ControlTable:
@@ -68,6 +97,7 @@ class ControlTable:
     Attributes:
         model: Its model.
         values: By name, as the bytes have them, of all registers but what is measured; only to be read.
+        changes: Rises whenever a register changes that is neither measured nor a goal position.
     """
 
     def __init__(
@@ -84,8 +114,12 @@ class ControlTable:
         self._size = model.table.size
         self._cover, self._pointers, self._whole = _places(model)
         self._memory = bytearray(self._size)
-        self._measured_at, self._layout, self._measured = _measured(model)
+        measured = measured_run(model)
+        self._measured_at, self._layout, self._measured = (
+            measured.address, measured.layout, measured.names,
+        )  # fmt: skip
         self.values: dict[str, int] = {}
+        self.changes = 0
         self._plain_to = min(self._pointers, default=self._size)  # no indirect data before it
         for register in model.table:
             self.set(register.name, register.initial or 0)
@@ -115,6 +149,7 @@ class ControlTable:
         self._memory[register.address : register.end] = register.encode(value)
         if name not in self._measured:
             self.values[name] = value
+            self.changes += name != GOAL
 
     def put_measured(self, *values: int) -> None:
         """Set all that is measured, from ``realtime_tick`` on, in the order of the addresses."""
@@ -210,7 +245,9 @@ class ControlTable:
         if register is not None:
             self._memory[address:end] = data
             self.values[register.name] = register.decode(data)
+            self.changes += register.name != GOAL
             return [register.name]
+        self.changes += 1
         if end <= self._plain_to:
             self._memory[address:end] = data
             begins = [at for at in range(address, end) if self._cover[at].address == at]

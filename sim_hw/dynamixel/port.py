@@ -70,20 +70,19 @@ class MemoryPort(ClockedPort):
 
     def readPort(self, length: int) -> bytes:  # noqa: N802
         """Return up to ``length`` bytes, letting time pass until there are some or it is over."""
-        self._arrive()
-        if not self._received:
-            self._let_time_pass()
-            self._arrive()
-        data, self._received = self._received[:length], self._received[length:]
+        bus, clock = self._bus, self._virtual
+        now_ns = clock.now_ns()
+        arrived = self._received + bus.replies(now_ns)
+        if not arrived:
+            over_ns = now_ns + round(self.remaining_ms() * 1e6) + IDLE_STEP_NS
+            due_ns = bus.next_reply_ns()
+            clock.sleep_until_ns(over_ns if due_ns is None else min(due_ns, over_ns))
+            now_ns = clock.now_ns()
+            bus.poll(now_ns)
+            arrived = bus.replies(now_ns)
+        data, self._received = arrived[:length], arrived[length:]
         self.note("rx", data)
         return data
 
     def _arrive(self) -> None:
         self._received += self._bus.replies(self._virtual.now_ns())
-
-    def _let_time_pass(self) -> None:
-        now_ns = self._virtual.now_ns()
-        over_ns = now_ns + round(self.remaining_ms() * 1e6) + IDLE_STEP_NS
-        due_ns = self._bus.next_reply_ns()
-        self._virtual.sleep_until_ns(over_ns if due_ns is None else min(due_ns, over_ns))
-        self._bus.poll(self._virtual.now_ns())

@@ -60,6 +60,7 @@ class Plant:
         seed: Seed of what is random in the plant: gusts. The sensors have their own.
 
     Attributes:
+        leg_state: What ``leg_kernel`` keeps of each leg, (N, 8); the next seven are its columns.
         shaft_angle_rad: Shaft angles as the encoders have them, unwrapped, (N,); all views of what is now.
         shaft_rate_rad_s: Shaft speeds, (N,).
         motor_angle_rad: Motor angles, seen at the output; the shafts' own unless gears twist or have play.
@@ -101,7 +102,7 @@ class Plant:
         zero = np.array([leg_point(g, 0.0)[4] for g in self._geometry])
         self._rows, self._motors = leg_rows(p, zero), np.array([motor_row(one) for one in p.motors])
         self.jam_n_m: FloatArray = self._rows[:, JAM]
-        state = self._state = np.zeros((p.legs, 8))
+        state = self.leg_state = np.zeros((p.legs, 8))
         self.shaft_angle_rad: FloatArray = state[:, SHAFT]
         self.shaft_rate_rad_s: FloatArray = state[:, SHAFT_RATE]
         self.motor_angle_rad: FloatArray = state[:, MOTOR]
@@ -174,7 +175,7 @@ class Plant:
         axes = ground_axes(p)
         self._qpos[0:3] = axes[:, 2] * height_m
         mujoco.mju_mat2Quat(self._qpos[3:7], axes.ravel())
-        self._state[:] = 0.0
+        self.leg_state[:] = 0.0
         self.motor_angle_rad[:] = self.shaft_angle_rad[:] = angle_rad
         self.temperature_c[:] = [motor.ambient_c for motor in p.motors]
         self.supply_v[:] = [motor.battery_v for motor in p.motors]
@@ -198,7 +199,7 @@ class Plant:
             self._write_push(self._gust)
         for _ in range(p.substeps):
             turn_legs(
-                dt_s, p.servo_substeps, self._motors, self._geometry, self._rows, self._state, duty,
+                dt_s, p.servo_substeps, self._motors, self._geometry, self._rows, self.leg_state, duty,
                 driven, self._foot_q, self._foot_v, self._roll_v, self._qpos, self._qvel, self._applied,
             )  # fmt: skip
             if self._varies:
@@ -223,7 +224,7 @@ class Plant:
         """Return what ``turn_legs`` takes of this plant, but for duties and steps, in its order."""
         feet = self._foot_q, self._foot_v, self._roll_v
         mujocos = self._qpos, self._qvel, self._applied
-        return self._motors, self._geometry, self._rows, self._state, *feet, *mujocos
+        return self._motors, self._geometry, self._rows, self.leg_state, *feet, *mujocos
 
     def hitch(self, ballast: Ballast) -> None:
         """Let the body tow a ballast from now on."""
