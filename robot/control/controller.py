@@ -13,6 +13,7 @@ import numpy as np
 from drivers.ati.calibration import Calibration
 from drivers.ati.foot_forces import ForceScales, no_forces
 from drivers.dynamixel.joints import joint_state
+from gaits import buehler
 from gaits.catalog import make_gaits
 from gaits.gait import Gait
 from gaits.plan import Walking
@@ -101,6 +102,7 @@ class Controller:
             self._estimator = estimator_stage(config, self._kinematics)
         prepare()
         differentiate.prepare()
+        buehler.prepare()
         self._kinematics.prepare()
 
     def initial(self) -> ControllerState:

@@ -285,6 +285,10 @@ class VirtualServoBus:
             case Instruction.SYNC_READ | Instruction.BULK_READ:
                 self._answer_reads(frame, t_ns, baud_rate, listening)
             case Instruction.SYNC_WRITE | Instruction.BULK_WRITE:
+                if frame.instruction == Instruction.SYNC_WRITE:
+                    goals = listening.goal_write(frame.parameters)
+                    if goals is not None and goals.done(frame.parameters):
+                        return
                 for servo_id, address, data in _writes(frame):
                     for servo in by_id.get(servo_id, ()):
                         servo.write(address, data, t_ns)

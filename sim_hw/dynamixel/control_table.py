@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drivers.dynamixel.frames import StatusError
-from drivers.dynamixel.registers import Register
+from drivers.dynamixel.registers import OperatingMode, Register
 from drivers.dynamixel.servo_model import ServoModel
 from model.values.arrays import FloatArray, IntArray, readonly
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
@@ -22,6 +22,8 @@ from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 # What a servo measures, first and last; ``struct``'s letters of so many bytes.
 FIRST_MEASURED, LAST_MEASURED = "realtime_tick", "present_temperature"
 GOAL = "goal_position"  # it changes in every tick of a loop
+TRIPPED = -1  # of Bus Watchdog
+POSITION = int(OperatingMode.POSITION)
 LETTERS = {1: "B", 2: "H", 4: "I"}
 # Registers that hold a limit of others; exceeding one is Data Limit, not Data Range.
 LIMITED_BY = {
@@ -231,12 +233,22 @@ class ControlTable:
             return StatusError.DATA_RANGE
         if name == "operating_mode" and value not in self.model.modes:
             return StatusError.DATA_RANGE
-        if name.startswith("goal_") and values["bus_watchdog"] == -1:
+        if name.startswith("goal_") and values["bus_watchdog"] == TRIPPED:
             return StatusError.DATA_RANGE  # a tripped watchdog takes no goals until it is cleared
-        if name == "goal_position" and values["operating_mode"] == 3:
+        if name == GOAL and values["operating_mode"] == POSITION:
             low, high = values["min_position_limit"], values["max_position_limit"]
             return StatusError.NONE if low <= value <= high else StatusError.DATA_LIMIT
         return StatusError.NONE
+
+    def goal_range(self) -> tuple[int, int]:
+        """Return the least and the largest goal position that a write may bring now; (1, 0) for none."""
+        values, goal = self.values, self._registers[GOAL]
+        if values["bus_watchdog"] == TRIPPED or not goal.writable or self._locked(goal):
+            return 1, 0
+        if values["operating_mode"] != POSITION:
+            return goal.minimum, goal.maximum
+        low, high = values["min_position_limit"], values["max_position_limit"]
+        return max(low, goal.minimum), min(high, goal.maximum)
 
     def write(self, address: int, data: bytes) -> list[str]:
         """Do a write that has been checked; return the names of the registers it touched."""

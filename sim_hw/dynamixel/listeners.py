@@ -8,11 +8,13 @@ measured, a number that does not fit its register) is left to the bus, servo by 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from struct import Struct
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.dynamixel.catalog import COMMON
 from drivers.dynamixel.frames import LARGEST_ID, STATUS_BYTES
 from model.values.arrays import FloatArray, IntArray
 from sim_hw.dynamixel import measured_kernel
@@ -20,7 +22,8 @@ from sim_hw.dynamixel.control_table import measured_run
 from sim_hw.dynamixel.servo import VirtualServo, realtime_tick
 from sim_hw.interfaces import MotorReadings
 
-KEPT_READS = 8  # a host asks for the same few things again and again
+KEPT_REQUESTS = 8  # a host asks for the same few things again and again
+GOAL_BYTES = 4
 
 
 class Listeners:
@@ -56,6 +59,7 @@ class Listeners:
             self.by_id[servo.servo_id] += (servo,)
         self.shadows = [servo for servo in self.servos if servo.shadow_id <= LARGEST_ID]
         self._reads: dict[bytes, MeasuredRead | None] = {}
+        self._goals: dict[bytes, GoalWrite | None] = {}
 
     def hold(self, baud_code: int | None) -> bool:
         """Whether they are still those, at a later time."""
@@ -65,10 +69,19 @@ class Listeners:
     def measured_read(self, parameters: bytes) -> "MeasuredRead | None":
         """Return how a sync read with these parameters is answered at once; None if it is not."""
         if parameters not in self._reads:
-            if len(self._reads) >= KEPT_READS:
+            if len(self._reads) >= KEPT_REQUESTS:
                 self._reads.clear()
             self._reads[parameters] = _measured_read(self, parameters)
         return self._reads[parameters]
+
+    def goal_write(self, parameters: bytes) -> "GoalWrite | None":
+        """Return how a sync write with these parameters is done at once; None if it is not."""
+        key = parameters[:4] + parameters[4 :: 1 + GOAL_BYTES]
+        if key not in self._goals:
+            if len(self._goals) >= KEPT_REQUESTS:
+                self._goals.clear()
+            self._goals[key] = _goal_write(self, parameters)
+        return self._goals[key]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,3 +160,45 @@ def _measured_read(listeners: Listeners, parameters: bytes) -> MeasuredRead | No
         data=np.zeros(len(ids) * (STATUS_BYTES + 2 * length), dtype=np.uint8),
         ends=np.zeros(len(ids), dtype=np.int64),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GoalWrite:
+    """A sync write of goal positions to servos that each have an id of their own.
+
+    Attributes:
+        servos: The servos, in the order of the request.
+        layout: Of the parameters.
+        ranges: Least and largest goal that each of them takes.
+    """
+
+    servos: tuple[VirtualServo, ...]
+    layout: Struct
+    ranges: tuple[tuple[int, int], ...]
+
+    def done(self, parameters: bytes) -> bool:
+        """Give all servos their goals; False, and nothing is done, where one of them does not take it."""
+        goals = self.layout.unpack(parameters)[3::2]
+        bounded = zip(goals, self.ranges, strict=True)
+        if not all(least <= goal <= most for goal, (least, most) in bounded):
+            return False
+        for servo, goal in zip(self.servos, goals, strict=True):
+            servo.take_goal(goal)
+        return True
+
+
+def _goal_write(listeners: Listeners, parameters: bytes) -> GoalWrite | None:
+    ids = parameters[4 :: 1 + GOAL_BYTES]
+    layout = Struct("<HH" + "Bi" * len(ids))
+    alone = [listeners.by_id.get(servo_id, ()) for servo_id in ids]
+    if layout.size != len(parameters) or any(len(servos) != 1 for servos in alone):
+        return None
+    address, length = (int.from_bytes(parameters[at : at + 2], "little") for at in (0, 2))
+    goal = COMMON["goal_position"]
+    if (address, length) != (goal.address, GOAL_BYTES) or listeners.shadows:
+        return None
+    writing = tuple(servos[0] for servos in alone)
+    registers = [servo.table.model.table["goal_position"] for servo in writing]
+    if any((one.address, one.size) != (address, length) for one in registers):
+        return None
+    return GoalWrite(writing, layout, tuple(servo.table.goal_range() for servo in writing))

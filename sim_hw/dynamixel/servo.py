@@ -24,7 +24,7 @@ from drivers.dynamixel.units import (
 )
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 from sim_hw.dynamixel import measured_kernel
-from sim_hw.dynamixel.control_table import ControlTable, measured_run
+from sim_hw.dynamixel.control_table import GOAL, ControlTable, measured_run
 from sim_hw.dynamixel.firmware import (
     COPIED,
     POSITION,
@@ -41,7 +41,7 @@ CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
 RETURN_DELAY = 0  # set up as recommended; 250 when new
 REVERSE, TIME_BASED = 0x01, 0x04  # bits of Drive Mode
 PROTOCOL = 2
-GOAL_ONLY = ["goal_position"]  # what a write of goals touches: nothing else of the loop has changed
+GOAL_ONLY = [GOAL]  # what a write of goals touches: nothing else of the loop has changed
 ACCELERATION_S = 0.064  # in which a count of acceleration makes a count of velocity
 LARGEST_OFFSET_IN_POSITION_MODE = 1024
 
@@ -224,6 +224,11 @@ class VirtualServo:
             self.heard_ns = t_ns
         self._sync_firmware()
         return StatusError.NONE
+
+    def take_goal(self, ticks: int) -> None:
+        """Take a goal position that is within ``ControlTable.goal_range``."""
+        self.table.set(GOAL, ticks)
+        self._sync_goal()
 
     def _register_write(self, address: int, data: bytes) -> StatusError:
         error = self.table.check_write(address, data)

@@ -91,13 +91,19 @@ class Plant:
         self._roll_v = np.full(p.legs, -1)
         for k in np.flatnonzero(p.turning_radius > 0).tolist():
             self._roll_v[k] = model.joint(f"roll_{k}").dofadr[0]
-        self._xpos, self._xquat, self._xmat = data.xpos, data.xquat, data.xmat
+        self._xpos = data.xpos
         self._foot_body = np.array([model.body(f"foot_{k}").id for k in legs])
         self._foot_parent = model.body_parentid[self._foot_body]
         self._geoms = np.array([model.geom(f"foot_{k}").id for k in legs])
         leg_of_geom = np.full(model.ngeom, -1)
         leg_of_geom[self._geoms] = np.arange(p.legs)
-        self._torso = model.body("torso").id
+        torso = self._torso = model.body("torso").id
+        # views of what is now, as the rest of MuJoCo's state
+        self._torso_position: FloatArray = data.xpos[torso]
+        self._torso_quaternion: FloatArray = data.xquat[torso]
+        self._torso_turn: FloatArray = data.xmat[torso].reshape(3, 3)
+        self._velocity: FloatArray = data.qvel[0:3]
+        self._spin: FloatArray = data.qvel[3:6]
         self._geometry = leg_geometry(p)
         zero = np.array([leg_point(g, 0.0)[4] for g in self._geometry])
         self._rows, self._motors = leg_rows(p, zero), np.array([motor_row(one) for one in p.motors])
@@ -131,19 +137,18 @@ class Plant:
     @property
     def torso_rotation(self) -> FloatArray:
         """Body to world, (3, 3), as of the last call of ``refresh`` or ``truth``."""
-        rotation: FloatArray = self._xmat[self._torso].reshape(3, 3)
-        return rotation
+        return self._torso_turn
 
     @property
     def feet_B(self) -> FloatArray:  # noqa: N802 - frame suffix
         """Feet in the body frame, (N, 3) [m]."""
         self.refresh()
-        feet: FloatArray = self._arms() @ self.torso_rotation
+        feet: FloatArray = self._arms() @ self._torso_turn
         return feet
 
     def _arms(self) -> FloatArray:
         """From the torso's origin to the feet, world axes, (N, 3) [m]."""
-        arms: FloatArray = self._xpos.take(self._foot_body, axis=0) - self._xpos[self._torso]
+        arms: FloatArray = self._xpos.take(self._foot_body, axis=0) - self._torso_position
         return arms
 
     def refresh(self) -> None:
@@ -269,14 +274,14 @@ class Plant:
         """Velocities of the feet, world axes, (N, 3)."""
         arm = self._arms()
         velocity = np.empty(arm.shape)
-        foot_velocities(self._qvel, self._foot_v, arm, self.torso_rotation, velocity)
+        foot_velocities(self._qvel, self._foot_v, arm, self._torso_turn, velocity)
         return velocity
 
     def places(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the body's position and quaternion x y z w, and the feet, in the world."""
         self.refresh()
-        quaternion = self._xquat[self._torso].take(SCALAR_LAST)
-        return self._xpos[self._torso], quaternion, self._xpos.take(self._foot_body, axis=0)
+        quaternion = self._torso_quaternion.take(SCALAR_LAST)
+        return self._torso_position, quaternion, self._xpos.take(self._foot_body, axis=0)
 
     def marker_places(self, share: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the same, the feet as markers show that go along with a share of their legs' give."""
@@ -295,13 +300,13 @@ class Plant:
     def truth(self, t_ns: int) -> BodyTruth:
         """Return where everything is."""
         position, quaternion, feet = self.places()
-        rotation = self.torso_rotation
+        rotation = self._torso_turn
         return BodyTruth(
             t_ns=t_ns,
             position_W=readonly(position.copy()),
             quaternion_xyzw=readonly(quaternion),
-            velocity_B=readonly(self._qvel[0:3] @ rotation),
-            angular_velocity_B=readonly(self._qvel[3:6].copy()),
+            velocity_B=readonly(self._velocity @ rotation),
+            angular_velocity_B=readonly(self._spin.copy()),
             foot_position_W=readonly(feet),
             foot_velocity_W=readonly(self._foot_velocity()),
             foot_force_B=readonly(self.foot_force_B.copy()),

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from drivers.dynamixel.catalog import READ_ADDRESS, READ_LENGTH
+from drivers.dynamixel.catalog import COMMON, READ_ADDRESS, READ_LENGTH
 from drivers.dynamixel.frames import (
     BROADCAST_ID,
     STUFFING_MARK,
     FrameParser,
     Instruction,
+    StatusError,
     build_instruction,
     stuff,
 )
@@ -138,3 +139,43 @@ def test_listeners_are_looked_up_again_when_a_register_changes() -> None:
     asleep = bench.bus.servos[1]
     asleep.restart(1_000)
     assert not Listeners(bench.bus.servos, CODE, 2_000, {}).hold(CODE)  # it wakes up
+
+
+def goals_frame(goals: dict[int, int]) -> bytes:
+    goal = COMMON["goal_position"]
+    parts = [bytes((servo_id,)) + goal.encode(ticks) for servo_id, ticks in goals.items()]
+    parameters = goal.address.to_bytes(2, "little") + (4).to_bytes(2, "little") + b"".join(parts)
+    return build_instruction(BROADCAST_ID, Instruction.SYNC_WRITE, parameters)
+
+
+def goals_of(bench: Bench) -> list[tuple[int, bytes | StatusError, float]]:
+    goal = COMMON["goal_position"]
+    return [
+        (
+            servo.table.values["goal_position"], servo.table.read(goal.address, 4),
+            float(bench.firmware.goal_position[servo._index]),
+        )
+        for servo in bench.bus.servos
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_goals_given_at_once_are_those_given_one_by_one(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    some = np.random.default_rng(seed)
+    goals = dict(zip(IDS, some.integers(-9_000, 9_000, len(IDS)).tolist(), strict=True))
+    given = []
+    for at_once in (True, False):
+        bench = Bench()
+        bench.scatter(seed)
+        bench.bus.servos[1].table.set("bus_watchdog", -1 if seed % 3 == 0 else 5)
+        with monkeypatch.context() as patch:
+            if not at_once:
+                patch.setattr(Listeners, "goal_write", lambda *_: None)
+            bench.bus.receive(goals_frame(goals), 10_000_000, BAUD)
+        given.append(goals_of(bench))
+    assert given[0] == given[1]
+    assert any(
+        ticks == goals[servo_id] for servo_id, (ticks, *_) in zip(IDS, given[0], strict=True)
+    )
