@@ -9,6 +9,7 @@ import numpy as np
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Estimate, Health
 from record.log.cdr import BOOLS, FLOATS, INTS, CdrReader, CdrWriter
+from record.log.fields import KINDS, Part, writer_of
 
 # planar: x, y, yaw; vx, vy, yaw rate; bias of the same; roll, pitch, height; NIS, log likelihood, age of
 # forces
@@ -26,9 +27,51 @@ HEALTHS = (Health.OK, Health.DEGRADED, Health.LOST)  # codes 0, 1, 2
 # a covariance is symmetric to the last bit: six of its nine numbers are kept
 _ROWS, _COLUMNS = np.tril_indices(3)
 _LOWER = 3 * _ROWS + _COLUMNS
-_NUMBERS = "?qq" + (15 + 6 + 6) * "d"  # from ``holding`` to ``twist_covariance``
 NOT_KEPT = readonly(np.empty((0, 3)))  # of the estimate: what a log does not hold
 NO_NUMBERS, NO_COUNTS = readonly(np.empty(0)), readonly(np.empty(0, dtype=np.int64))
+
+
+def _lower(covariance: FloatArray) -> tuple[float, ...]:
+    """Lower half of one covariance, row by row."""
+    (a, _, _), (b, c, _), (d, e, f) = covariance.tolist()
+    return a, b, c, d, e, f
+
+
+SCOPE = {"healths": HEALTHS, "lower_of": _lower, "lower": _LOWER, **KINDS}
+_RECORD, _TEXT, _SEQUENCE, _FLAGS = (
+    ("record", ""), ("texts", ""), ("sequences", "FLOATS"), ("sequences", "BOOLS"),
+)  # fmt: skip
+BEFORE_SOURCES = (
+    Part(_RECORD, "qB", "value.t_ns, healths.index(value.health)"),
+    Part(_TEXT, "", "value.reason"),
+    Part(_RECORD, "?qq", "value.holding, value.nis_dof, value.rejects"),
+    Part(_RECORD, "ddd", "*value.position_m.tolist(), value.yaw_rad"),
+    Part(_RECORD, "dddddd", "*value.velocity_B.tolist(), *value.bias_B.tolist()"),
+    Part(_RECORD, "ddd", "*value.tilt_rad.tolist(), value.height_m"),
+    Part(_RECORD, "ddd", "value.nis, value.log_likelihood, value.force_age_s"),
+    Part(_RECORD, "dddddd", "*lower_of(value.pose_covariance)"),
+    Part(_RECORD, "dddddd", "*lower_of(value.twist_covariance)"),
+    Part(_SEQUENCE, "", "value.mu"),
+    Part(_SEQUENCE, "", "value.mu_sd"),
+    Part(_SEQUENCE, "", "value.stiffness"),
+    Part(_SEQUENCE, "", "value.stiffness_sd"),
+    Part(_SEQUENCE, "", "value.force_B"),
+    Part(_SEQUENCE, "", "value.force_covariance.reshape(-1, 9).take(lower, axis=1)"),
+    Part(_SEQUENCE, "", "value.load_share"),
+    Part(_SEQUENCE, "", "value.load_share_sd"),
+    Part(_SEQUENCE, "", "value.innovation"),
+    Part(_FLAGS, "", "value.contact"),
+    Part(_FLAGS, "", "value.slipping"),
+)
+SOURCES = (
+    Part(_RECORD, "dd", "value.gyro_bias_rad_s, value.gyro_bias_sd"),
+    Part(_TEXT, "", "value.remark"),
+    Part(_SEQUENCE, "", "value.source_nis"),
+    Part(("sequences", "INTS"), "", "value.source_dof"),
+    Part(_SEQUENCE, "", "value.noise_scale"),
+)
+_write_before_sources = writer_of(BEFORE_SOURCES, dict(SCOPE))
+_write_sources = writer_of(SOURCES, dict(SCOPE))
 
 
 def write_estimate(w: CdrWriter, estimate: Estimate | None, *, with_sources: bool = True) -> None:
@@ -36,33 +79,9 @@ def write_estimate(w: CdrWriter, estimate: Estimate | None, *, with_sources: boo
     w.count(estimate is not None)
     if estimate is None:
         return
-    e = estimate
-    w.record("qB", e.t_ns, HEALTHS.index(e.health))
-    w.texts(e.reason)
-    w.record(
-        _NUMBERS, e.holding, e.nis_dof, e.rejects,
-        *e.position_m.tolist(), e.yaw_rad, *e.velocity_B.tolist(), *e.bias_B.tolist(),
-        *e.tilt_rad.tolist(), e.height_m, e.nis, e.log_likelihood, e.force_age_s,
-        *_lower(e.pose_covariance), *_lower(e.twist_covariance),
-    )  # fmt: skip
-    w.sequences(
-        FLOATS, e.mu, e.mu_sd, e.stiffness, e.stiffness_sd, e.force_B,
-        e.force_covariance.reshape(-1, 9).take(_LOWER, axis=1), e.load_share, e.load_share_sd,
-        e.innovation,
-    )  # fmt: skip
-    w.sequences(BOOLS, e.contact, e.slipping)
+    _write_before_sources(w, estimate)
     if with_sources:
-        w.record("dd", e.gyro_bias_rad_s, e.gyro_bias_sd)
-        w.texts(e.remark)
-        w.sequences(FLOATS, e.source_nis)
-        w.sequences(INTS, e.source_dof)
-        w.sequences(FLOATS, e.noise_scale)
-
-
-def _lower(covariance: FloatArray) -> tuple[float, ...]:
-    """Lower half of one covariance, row by row."""
-    (a, _, _), (b, c, _), (d, e, f) = covariance.tolist()
-    return a, b, c, d, e, f
+        _write_sources(w, estimate)
 
 
 def read_estimate(r: CdrReader, *, with_sources: bool = True) -> Estimate | None:

@@ -30,50 +30,50 @@ from record.log.fields import Fields
 TRANSDUCERS = 6
 LAYOUT = 4  # of ticks written today
 WITHOUT_ESTIMATE = 1  # the layout that has none
-_REQUEST = Fields(
+REQUEST = Fields(
     Request,
     "uint8 request_intent", "string request_gait", "float64 request_frequency_hz",
     "float64 request_steer", "uint8 request_reason",
 )  # fmt: skip
-_TIMING = Fields(
+TIMING = Fields(
     LoopTiming, "int64 deadline_ns", "int64 lateness_ns", "int64 missed", "int64 busy_ns"
 )
-_SERVOS = Fields(
+SERVOS = Fields(
     ServoReadings,
     "int64 servos_t_ns", "int64[] position_ticks", "int64[] velocity_counts",
     "int64[] current_counts", "int64[] duty_counts", "int64[] voltage_counts",
     "int64[] servo_temperature_c", "int64[] error_byte", "int64[] hardware_error",
     "bool[] servo_valid", "int64[] servo_age_ns",
 )  # fmt: skip
-_FORCE_RECORD = Fields(
+FORCE_RECORD = Fields(
     ForceRecord,
     "int64 t_ns", "int64 device_ticks", "int64 sequence", "int64[2] status", "int64 battery",
     "int64 mask", "int64[36] counts 6", "bool[6] present", "bool[6] saturated",
 )  # fmt: skip
-_TRUTH = Fields(
+TRUTH = Fields(
     BodyTruth,
     "int64 truth_t_ns", "float64[3] truth_position_w", "float64[4] truth_quaternion_xyzw",
     "float64[3] truth_velocity_b", "float64[3] truth_angular_velocity_b",
     "float64[] truth_foot_position_w 3", "float64[] truth_foot_velocity_w 3",
     "float64[] truth_foot_force_b 3", "bool[] truth_contact",
 )  # fmt: skip
-_FAULT = Fields(Fault, "uint8 kind", "string source", "string detail")
-_POSE = Fields(
+FAULT = Fields(Fault, "uint8 kind", "string source", "string detail")
+POSE = Fields(
     PoseRecord,
     "int64 t_ns", "float64[3] position_w", "float64[4] quaternion_xyzw", "float64 sd_position_m",
     "float64 sd_angle_rad",
 )  # fmt: skip
-_IMU = Fields(
+IMU = Fields(
     ImuRecord,
     "int64 t_ns", "float64 yaw_rate_rad_s", "float64 roll_rad", "float64 pitch_rad",
 )  # fmt: skip
-_JOINTS = Fields(
+JOINTS = Fields(
     JointState,
     "int64 joints_t_ns", "float64[] angle_rad", "float64[] rate_rad_s", "float64[] current_a",
     "float64[] duty", "float64[] voltage_v", "float64[] temperature_c", "bool[] joints_valid",
 )  # fmt: skip
-_FORCES = Fields(FootForces, "int64 forces_t_ns", "float64[] force_n 3", "bool[] force_valid")
-_WISHED, _SENT = (
+FORCES = Fields(FootForces, "int64 forces_t_ns", "float64[] force_n 3", "bool[] force_valid")
+WISHED, SENT = (
     Fields(
         JointCommand,
         f"int64 {who}_t_ns", f"float64[] {who}_angle_rad", f"float64[] {who}_rate_rad_s",
@@ -81,18 +81,18 @@ _WISHED, _SENT = (
     )
     for who in ("wished", "sent")
 )  # fmt: skip
-_FEET = Fields(FootMotion, "float64[] foot_position_b 3", "float64[] foot_velocity_b 3")
-_SUPPORT = Fields(
+FEET = Fields(FootMotion, "float64[] foot_position_b 3", "float64[] foot_velocity_b 3")
+SUPPORT = Fields(
     Support,
     "bool support_converged", "string support_reason", "float64 height_m", "float64 slope_x",
     "float64 slope_y", "float64[] load_n", "bool[] contact", "int64 switches",
 )  # fmt: skip
-_TRACTION = Fields(
+TRACTION = Fields(
     Traction,
     "bool traction_valid", "string traction_reason", "float64[3] velocity_b", "float64[] slip_b 2",
     "float64[] force_b 3",
 )  # fmt: skip
-_DEAD_RECKONING = Fields(
+DEAD_RECKONING = Fields(
     DeadReckoning,
     "int64 dead_reckoning_t_ns", "float64[2] dead_reckoning_position_m",
     "float64 dead_reckoning_yaw_rad", "float64[3] dead_reckoning_velocity_b",
@@ -100,19 +100,19 @@ _DEAD_RECKONING = Fields(
 )  # fmt: skip
 # By the name of their type in ROS 2. A tick's inputs come first, then its outputs.
 TICK_DEFINITIONS = {
-    "bigant_msgs/Fault": _FAULT.text,
-    "bigant_msgs/ForceRecord": _FORCE_RECORD.text,
-    "bigant_msgs/PoseRecord": _POSE.text,
-    "bigant_msgs/ImuRecord": _IMU.text,
+    "bigant_msgs/Fault": FAULT.text,
+    "bigant_msgs/ForceRecord": FORCE_RECORD.text,
+    "bigant_msgs/PoseRecord": POSE.text,
+    "bigant_msgs/ImuRecord": IMU.text,
     "bigant_msgs/Estimate": ESTIMATE_TEXT,
     "bigant_msgs/Tick": (
-        f"int64 t_ns\nint64 index\nuint8 mode\nuint8 stop_reason\n{_REQUEST.text}{_TIMING.text}"
-        f"bool servos_attached\n{_SERVOS.text}bigant_msgs/ForceRecord[] force_records\n"
-        f"bool truth_known\n{_TRUTH.text}bigant_msgs/Fault[] input_faults\n"
+        f"int64 t_ns\nint64 index\nuint8 mode\nuint8 stop_reason\n{REQUEST.text}{TIMING.text}"
+        f"bool servos_attached\n{SERVOS.text}bigant_msgs/ForceRecord[] force_records\n"
+        f"bool truth_known\n{TRUTH.text}bigant_msgs/Fault[] input_faults\n"
         f"bigant_msgs/PoseRecord[] pose_records\nbigant_msgs/ImuRecord[] imu_records\n"
-        f"{_JOINTS.text}{_FORCES.text}float64 gait_phase\n"
-        f"{_WISHED.text}{_SENT.text}{_FEET.text}{_SUPPORT.text}{_TRACTION.text}"
-        f"{_DEAD_RECKONING.text}bigant_msgs/Fault[] faults\nbigant_msgs/Estimate[] estimate\n"
+        f"{JOINTS.text}{FORCES.text}float64 gait_phase\n"
+        f"{WISHED.text}{SENT.text}{FEET.text}{SUPPORT.text}{TRACTION.text}"
+        f"{DEAD_RECKONING.text}bigant_msgs/Fault[] faults\nbigant_msgs/Estimate[] estimate\n"
     ),
 }
 
@@ -122,45 +122,47 @@ def encode_tick(tick: Tick) -> bytes:
     w = CdrWriter()
     w.record("qqBB", tick.t_ns, tick.index, tick.mode.value, tick.stop_reason.value)
     inputs = tick.inputs
-    _REQUEST.write(w, inputs.request)
-    _TIMING.write(w, inputs.timing)
+    REQUEST.write(w, inputs.request)
+    TIMING.write(w, inputs.timing)
     w.record("?", inputs.servos is not None)
-    _SERVOS.write(w, inputs.servos or _no_servos(len(tick.wished.angle_rad)))
-    _FORCE_RECORD.write_all(w, inputs.forces)
+    SERVOS.write(w, inputs.servos or no_servos(len(tick.wished.angle_rad)))
+    FORCE_RECORD.write_all(w, inputs.forces)
     w.record("?", inputs.truth is not None)
-    _TRUTH.write(w, inputs.truth or _no_truth(len(tick.feet.position_m)))
-    _FAULT.write_all(w, inputs.faults)
-    _POSE.write_all(w, inputs.poses)
-    _IMU.write_all(w, inputs.imu)
+    TRUTH.write(w, inputs.truth or no_truth(len(tick.feet.position_m)))
+    FAULT.write_all(w, inputs.faults)
+    POSE.write_all(w, inputs.poses)
+    IMU.write_all(w, inputs.imu)
     _write_outputs(w, tick)
     return w.done()
 
 
 @cache
-def _no_servos(joints: int) -> ServoReadings:
+def no_servos(joints: int) -> ServoReadings:
+    """What is written of the readings of so many joints where there are none."""
     zeros = np.zeros(joints, dtype=np.int64)
     flags = np.zeros(joints, dtype=bool)
     return ServoReadings(0, zeros, zeros, zeros, zeros, zeros, zeros, zeros, zeros, flags, zeros)
 
 
 @cache
-def _no_truth(legs: int) -> BodyTruth:
+def no_truth(legs: int) -> BodyTruth:
+    """What is written of the ground truth of so many legs where there is none."""
     three, feet = np.full(3, np.nan), np.full((legs, 3), np.nan)
     flags = np.zeros(legs, dtype=bool)
     return BodyTruth(0, three, np.full(4, np.nan), three, three, feet, feet, feet, flags)
 
 
 def _write_outputs(w: CdrWriter, tick: Tick, layout: int = LAYOUT) -> None:
-    _JOINTS.write(w, tick.joints)
-    _FORCES.write(w, tick.forces)
+    JOINTS.write(w, tick.joints)
+    FORCES.write(w, tick.forces)
     w.record("d", tick.gait_phase)
-    _WISHED.write(w, tick.wished)
-    _SENT.write(w, tick.sent)
-    _FEET.write(w, tick.feet)
-    _SUPPORT.write(w, tick.contact.support)
-    _TRACTION.write(w, tick.contact.traction)
-    _DEAD_RECKONING.write(w, tick.dead_reckoning)
-    _FAULT.write_all(w, tick.faults)
+    WISHED.write(w, tick.wished)
+    SENT.write(w, tick.sent)
+    FEET.write(w, tick.feet)
+    SUPPORT.write(w, tick.contact.support)
+    TRACTION.write(w, tick.contact.traction)
+    DEAD_RECKONING.write(w, tick.dead_reckoning)
+    FAULT.write_all(w, tick.faults)
     if layout > 1:
         write_estimate(w, tick.estimate, with_sources=layout > 3)
 
@@ -256,34 +258,34 @@ def decode_tick(data: bytes, layout: int = LAYOUT, seen: TickInputs | None = Non
         mode=Mode(mode),
         stop_reason=StopReason(stop_reason),
         inputs=inputs,
-        joints=_JOINTS.read(r),
-        forces=_FORCES.read(r),
+        joints=JOINTS.read(r),
+        forces=FORCES.read(r),
         gait_phase=r.record("d")[0],
-        wished=_WISHED.read(r),
-        sent=_SENT.read(r),
-        feet=_FEET.read(r),
-        contact=ContactSolution(_SUPPORT.read(r), _TRACTION.read(r)),
-        dead_reckoning=_DEAD_RECKONING.read(r),
-        faults=_FAULT.read_all(r),
+        wished=WISHED.read(r),
+        sent=SENT.read(r),
+        feet=FEET.read(r),
+        contact=ContactSolution(SUPPORT.read(r), TRACTION.read(r)),
+        dead_reckoning=DEAD_RECKONING.read(r),
+        faults=FAULT.read_all(r),
         estimate=read_estimate(r, with_sources=layout > 3) if layout > 1 else None,
     )
 
 
 def _read_inputs(r: CdrReader, layout: int, *, with_truth: bool = True) -> Inputs:
-    request, timing, (attached,) = _REQUEST.read(r), _TIMING.read(r), r.record("?")
-    servos, forces, (truth_known,) = _SERVOS.read(r), _FORCE_RECORD.read_all(r), r.record("?")
+    request, timing, (attached,) = REQUEST.read(r), TIMING.read(r), r.record("?")
+    servos, forces, (truth_known,) = SERVOS.read(r), FORCE_RECORD.read_all(r), r.record("?")
     truth = None
     if with_truth:
-        truth = _TRUTH.read(r)
+        truth = TRUTH.read(r)
     else:
-        _TRUTH.skip(r)
+        TRUTH.skip(r)
     return Inputs(
         servos=servos if attached else None,
         forces=forces,
         request=request,
         timing=timing,
         truth=truth if truth_known else None,
-        faults=_FAULT.read_all(r),
-        poses=_POSE.read_all(r) if layout > 1 else (),
-        imu=_IMU.read_all(r) if layout > 3 else (),
+        faults=FAULT.read_all(r),
+        poses=POSE.read_all(r) if layout > 1 else (),
+        imu=IMU.read_all(r) if layout > 3 else (),
     )
