@@ -27,12 +27,11 @@ from drivers.dynamixel.frames import (
     build_instruction,
     statuses_in_order,
 )
-from drivers.dynamixel.port import ClockedPort
+from drivers.dynamixel.port import READ_CHUNK, ClockedPort
 from drivers.dynamixel.stats import BusCounters
 
 # For so long after an answer failed to come it may still do so, in the middle of another request.
 OWED_NS = 500_000_000
-READ_CHUNK = 1024
 
 
 class ServoAnswer(NamedTuple):
@@ -179,11 +178,7 @@ class PacketHandler:
             The answers, if each servo has answered in its turn and done what it was asked, as is usual;
             None if not: what has come so far is then there for ``next_status``.
         """
-        port, size, data = self.port, STATUS_BYTES + length, b""
-        whole = size * len(ids)
-        # a piece that is no number of such answers holds something else
-        while len(data) < whole and not len(data) % size and port.remaining_ms() > 0:
-            data += port.readPort(READ_CHUNK)
+        data = self.port.readAnswers(len(ids), STATUS_BYTES + length)
         answered = statuses_in_order(data, ids, length)
         if answered is None or any(error & ~ALERT for error, _ in answered):
             self._frames.extend(self._parser.feed(data))

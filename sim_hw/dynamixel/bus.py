@@ -30,12 +30,13 @@ from drivers.dynamixel.frames import (
 from drivers.dynamixel.servo_model import ServoModel
 from drivers.dynamixel.units import BAUD_CODES
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
+from sim_hw.clock import VirtualClock
 from sim_hw.dynamixel import measured_kernel
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.dynamixel.listeners import Listeners
 from sim_hw.dynamixel.servo import VirtualServo
 from sim_hw.dynamixel.servo_watch import ServoWatch
-from sim_hw.interfaces import MotorWorld
+from sim_hw.interfaces import MotorReadings, MotorWorld
 
 BITS_PER_BYTE = 10
 # A longer pause inside a packet makes the servo drop it (e-manual, "Protocol 2.0").
@@ -77,6 +78,7 @@ class BusNeighbours(Protocol):
         ...
 
 
+ASK_ALL = frozenset({int(Instruction.SYNC_READ), int(Instruction.BULK_READ)})
 # A servo, the error and the data of its answer.
 ServoReply = tuple[VirtualServo, int, bytes]
 
@@ -161,10 +163,17 @@ class VirtualServoBus:
 
     def poll(self, t_ns: int) -> None:
         """Let time pass: watchdogs trip and protections act without any traffic."""
+        self._pass_time(t_ns)
+
+    def _pass_time(self, t_ns: int) -> MotorReadings | None:
+        """Let time pass; return the motors as they are then, if they were looked at."""
         self._world.advance_to(t_ns)
-        if t_ns >= self._next_check_ns:
-            self._next_check_ns = t_ns + CHECK_PERIOD_NS
-            self._watch.check(t_ns, self._world.motors())
+        if t_ns < self._next_check_ns:
+            return None
+        self._next_check_ns = t_ns + CHECK_PERIOD_NS
+        motors = self._world.motors()
+        self._watch.check(t_ns, motors)
+        return motors
 
     def receive(self, data: bytes, t_ns: int, baud_rate: int) -> None:
         """Take bytes from the wire.
@@ -180,7 +189,7 @@ class VirtualServoBus:
 
     def _take(self, data: bytes, t_ns: int, baud_rate: int) -> None:
         """Take bytes of one frame, or of none."""
-        self.poll(t_ns)
+        motors = self._pass_time(t_ns)
         start_ns = t_ns - wire_ns(len(data), baud_rate)
         if start_ns - self._last_byte_ns > LARGEST_BYTE_GAP_NS:
             self._parser.clear()
@@ -198,7 +207,11 @@ class VirtualServoBus:
                 self._answer_damage(item, listening, baud_rate)
             elif item.error is None:
                 self._hear(item, listening, t_ns)
-                self._obey(item, t_ns, baud_rate, listening)
+                if item.instruction in ASK_ALL:
+                    now = self._world.motors() if motors is None else motors
+                    self._answer_reads(item, t_ns, baud_rate, listening, now)
+                else:
+                    self._obey(item, t_ns, baud_rate, listening)
         for neighbours in self._neighbours:
             for reply in neighbours.hear(data, t_ns, baud_rate):
                 self._put(reply, baud_rate)
@@ -254,6 +267,34 @@ class VirtualServoBus:
             return b""
         return b"".join([reply.data for reply in self.due(t_ns)])
 
+    def all_replies(
+        self, count: int, size: int, clock: VirtualClock, until_ns: int
+    ) -> bytes | None:
+        """Let time pass until all replies under way are complete; return their bytes.
+
+        Args:
+            count: How many they should be.
+            size: Bytes of each.
+            clock: The virtual clock.
+            until_ns: When they have to be complete.
+
+        Returns:
+            None, and nothing has happened, if they are others.
+        """
+        replies = self._replies
+        if len(replies) != count or not count or replies[-1].t_ns >= until_ns:
+            return None
+        data = b"".join([reply.data for reply in replies])
+        if len(data) != count * size or any(len(reply.data) != size for reply in replies):
+            return None
+        for reply in replies:
+            if reply.t_ns >= self._next_check_ns:
+                self.poll(reply.t_ns)
+        clock.sleep_until_ns(replies[-1].t_ns)
+        self.poll(replies[-1].t_ns)
+        replies.clear()
+        return data
+
     def due(self, t_ns: int) -> list[Reply]:
         """Return all replies complete by a time, each by itself."""
         ready: list[Reply] = []
@@ -282,8 +323,6 @@ class VirtualServoBus:
     def _obey(self, frame: Frame, t_ns: int, baud_rate: int, listening: Listeners) -> None:
         by_id = listening.by_id
         match frame.instruction:
-            case Instruction.SYNC_READ | Instruction.BULK_READ:
-                self._answer_reads(frame, t_ns, baud_rate, listening)
             case Instruction.SYNC_WRITE | Instruction.BULK_WRITE:
                 if frame.instruction == Instruction.SYNC_WRITE:
                     goals = listening.goal_write(frame.parameters)
@@ -319,9 +358,18 @@ class VirtualServoBus:
                 answers.append((servo, error, data))
         self._send(frame.servo_id, answers, baud_rate)
 
-    def _answer_reads(self, frame: Frame, t_ns: int, baud_rate: int, listening: Listeners) -> None:
-        """Answer a sync or bulk read in its order, up to where the chain of answers breaks."""
-        motors = self._world.motors()  # all are asked at once
+    def _answer_reads(
+        self,
+        frame: Frame,
+        t_ns: int,
+        baud_rate: int,
+        listening: Listeners,
+        motors: MotorReadings,
+    ) -> None:
+        """Answer a sync or bulk read in its order, up to where the chain of answers breaks.
+
+        All are asked at once: what they measure is what the motors gave when the request came.
+        """
         if frame.instruction == Instruction.SYNC_READ:
             at_once = listening.measured_read(frame.parameters)
             frames = None if at_once is None else at_once.answers(self._loops, motors, t_ns)

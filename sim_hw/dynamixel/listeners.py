@@ -8,6 +8,7 @@ measured, a number that does not fit its register) is left to the bus, servo by 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from operator import gt
 from struct import Struct
 from typing import Any
 
@@ -169,18 +170,19 @@ class GoalWrite:
     Attributes:
         servos: The servos, in the order of the request.
         layout: Of the parameters.
-        ranges: Least and largest goal that each of them takes.
+        least: Least goal that each of them takes.
+        most: Largest goal.
     """
 
     servos: tuple[VirtualServo, ...]
     layout: Struct
-    ranges: tuple[tuple[int, int], ...]
+    least: tuple[int, ...]
+    most: tuple[int, ...]
 
     def done(self, parameters: bytes) -> bool:
         """Give all servos their goals; False, and nothing is done, where one of them does not take it."""
         goals = self.layout.unpack(parameters)[3::2]
-        bounded = zip(goals, self.ranges, strict=True)
-        if not all(least <= goal <= most for goal, (least, most) in bounded):
+        if any(map(gt, self.least, goals)) or any(map(gt, goals, self.most)):
             return False
         for servo, goal in zip(self.servos, goals, strict=True):
             servo.take_goal(goal)
@@ -191,7 +193,7 @@ def _goal_write(listeners: Listeners, parameters: bytes) -> GoalWrite | None:
     ids = parameters[4 :: 1 + GOAL_BYTES]
     layout = Struct("<HH" + "Bi" * len(ids))
     alone = [listeners.by_id.get(servo_id, ()) for servo_id in ids]
-    if layout.size != len(parameters) or any(len(servos) != 1 for servos in alone):
+    if not ids or layout.size != len(parameters) or any(len(servos) != 1 for servos in alone):
         return None
     address, length = (int.from_bytes(parameters[at : at + 2], "little") for at in (0, 2))
     goal = COMMON["goal_position"]
@@ -201,4 +203,5 @@ def _goal_write(listeners: Listeners, parameters: bytes) -> GoalWrite | None:
     registers = [servo.table.model.table["goal_position"] for servo in writing]
     if any((one.address, one.size) != (address, length) for one in registers):
         return None
-    return GoalWrite(writing, layout, tuple(servo.table.goal_range() for servo in writing))
+    least, most = zip(*(servo.table.goal_range() for servo in writing), strict=True)
+    return GoalWrite(writing, layout, least, most)

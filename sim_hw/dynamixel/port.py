@@ -7,6 +7,7 @@ nothing in ours.
 
 from drivers.dynamixel.port import ClockedPort
 from sim_hw.clock import VirtualClock
+from sim_hw.dynamixel.bus import VirtualServoBus
 from sim_hw.interfaces import ServoWire
 
 LATENCY_MS = 1.0
@@ -83,6 +84,17 @@ class MemoryPort(ClockedPort):
         data, self._received = arrived[:length], arrived[length:]
         self.note("rx", data)
         return data
+
+    def readAnswers(self, count: int, size: int) -> bytes:  # noqa: N802
+        """Read the same at once, where all of them are under way and nobody listens to the pieces."""
+        bus, clock = self._bus, self._virtual
+        if self.tap is None and not self._received and isinstance(bus, VirtualServoBus):
+            until_ns = clock.now_ns() + int(self.remaining_ms() * 1e6)
+            data = bus.all_replies(count, size, clock, until_ns)
+            if data is not None:
+                self.note("rx", data)
+                return data
+        return super().readAnswers(count, size)
 
     def _arrive(self) -> None:
         self._received += self._bus.replies(self._virtual.now_ns())

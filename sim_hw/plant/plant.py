@@ -36,6 +36,7 @@ from sim_hw.plant.leg_kernel import (
     MOTOR_RATE,
     SHAFT,
     SHAFT_RATE,
+    STATE_NUMBERS,
     SUPPLY,
     TEMPERATURE,
     leg_rows,
@@ -108,7 +109,7 @@ class Plant:
         zero = np.array([leg_point(g, 0.0)[4] for g in self._geometry])
         self._rows, self._motors = leg_rows(p, zero), np.array([motor_row(one) for one in p.motors])
         self.jam_n_m: FloatArray = self._rows[:, JAM]
-        state = self.leg_state = np.zeros((p.legs, 8))
+        state = self.leg_state = np.zeros((p.legs, STATE_NUMBERS))
         self.shaft_angle_rad: FloatArray = state[:, SHAFT]
         self.shaft_rate_rad_s: FloatArray = state[:, SHAFT_RATE]
         self.motor_angle_rad: FloatArray = state[:, MOTOR]
