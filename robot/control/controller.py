@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from drivers.ati import foot_forces
 from drivers.ati.calibration import Calibration
 from drivers.ati.foot_forces import ForceScales, no_forces
 from drivers.dynamixel.joints import joint_state
@@ -103,6 +104,7 @@ class Controller:
         prepare()
         differentiate.prepare()
         buehler.prepare()
+        foot_forces.prepare()
         self._kinematics.prepare()
 
     def initial(self) -> ControllerState:
