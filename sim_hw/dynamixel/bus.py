@@ -110,7 +110,7 @@ class VirtualServoBus:
     ) -> None:
         measured_kernel.prepare()
         self._world = world
-        self._loops = firmware.servos
+        self._firmware = firmware
         self._assumed = assumed
         self._work_ns = round(assumed.processing_s * 1e9)
         code = BAUD_CODES[baud_rate]
@@ -326,7 +326,7 @@ class VirtualServoBus:
             case Instruction.SYNC_WRITE | Instruction.BULK_WRITE:
                 if frame.instruction == Instruction.SYNC_WRITE:
                     goals = listening.goal_write(frame.parameters)
-                    if goals is not None and goals.done(frame.parameters):
+                    if goals is not None and goals.done(frame.parameters, self._firmware):
                         return
                 for servo_id, address, data in _writes(frame):
                     for servo in by_id.get(servo_id, ()):
@@ -372,7 +372,9 @@ class VirtualServoBus:
         """
         if frame.instruction == Instruction.SYNC_READ:
             at_once = listening.measured_read(frame.parameters)
-            frames = None if at_once is None else at_once.answers(self._loops, motors, t_ns)
+            frames = (
+                None if at_once is None else at_once.answers(self._firmware.servos, motors, t_ns)
+            )
             if at_once is not None and frames is not None:
                 for servo_id, delay_ns, data in zip(
                     at_once.ids, at_once.delays_ns, frames, strict=True

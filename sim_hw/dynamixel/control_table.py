@@ -122,6 +122,8 @@ class ControlTable:
         )  # fmt: skip
         self.values: dict[str, int] = {}
         self.changes = 0
+        goal = self._registers[GOAL]
+        self._goal_at = slice(goal.address, goal.end)
         self._plain_to = min(self._pointers, default=self._size)  # no indirect data before it
         for register in model.table:
             self.set(register.name, register.initial or 0)
@@ -152,6 +154,16 @@ class ControlTable:
         if name not in self._measured:
             self.values[name] = value
             self.changes += name != GOAL
+
+    def put_goal(self, ticks: int, data: bytes) -> None:
+        """Set the goal position, given its bytes as well; no rule applies."""
+        self._memory[self._goal_at] = data
+        self.values[GOAL] = ticks
+
+    def measures(self, address: int, length: int) -> bool:
+        """Whether a read of these bytes may bring something measured."""
+        begin, end = self._measured_at, self._measured_at + self._layout.size
+        return (address < end and address + length > begin) or address + length > self._plain_to
 
     def put_measured(self, *values: int) -> None:
         """Set all that is measured, from ``realtime_tick`` on, in the order of the addresses."""

@@ -193,6 +193,7 @@ class FirmwareBank:
         self.mode: FloatArray = self.columns["operating_mode"]
         self.goal_position: FloatArray = self.columns["goal_position"]
         self._torque: BoolArray = self.servos["torque"]
+        self._stopped: BoolArray = self.servos["stopped"]
         self.mode[:] = OperatingMode.POSITION
         self.servos["position_p_gain"] = 850.0
         self.servos["pwm_limit"] = self.servos["goal_pwm"] = DUTY_FULL
@@ -205,6 +206,11 @@ class FirmwareBank:
         """True where the output stage is on."""
         driven: BoolArray = self._torque.copy()
         return driven
+
+    @property
+    def all_follow(self) -> bool:
+        """Whether all servos have torque and none was stopped by its watchdog."""
+        return False not in self._torque.tolist() and True not in self._stopped.tolist()
 
     def torque(self, index: int) -> bool:
         """Whether the output stage of one servo is on."""

@@ -20,6 +20,7 @@ from drivers.dynamixel.frames import LARGEST_ID, STATUS_BYTES
 from model.values.arrays import FloatArray, IntArray
 from sim_hw.dynamixel import measured_kernel
 from sim_hw.dynamixel.control_table import measured_run
+from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.dynamixel.servo import VirtualServo, realtime_tick
 from sim_hw.interfaces import MotorReadings
 
@@ -172,20 +173,39 @@ class GoalWrite:
         layout: Of the parameters.
         least: Least goal that each of them takes.
         most: Largest goal.
+        who: Index of each, (M,).
+        sense: Of each, (M,); see ``VirtualServo.plain_goal``.
+        offset: Of each, (M,) [ticks].
     """
 
     servos: tuple[VirtualServo, ...]
     layout: Struct
     least: tuple[int, ...]
     most: tuple[int, ...]
+    who: IntArray
+    sense: IntArray
+    offset: IntArray
 
-    def done(self, parameters: bytes) -> bool:
-        """Give all servos their goals; False, and nothing is done, where one of them does not take it."""
+    def done(self, parameters: bytes, firmware: FirmwareBank) -> bool:
+        """Give all servos their goals.
+
+        Args:
+            parameters: Of the sync write.
+            firmware: The loops that the goals go to.
+
+        Returns:
+            False, and nothing is done, where one of them does not take its goal as it is.
+        """
         goals = self.layout.unpack(parameters)[3::2]
         if any(map(gt, self.least, goals)) or any(map(gt, goals, self.most)):
             return False
+        if not firmware.all_follow:
+            return False
+        first = 5
         for servo, goal in zip(self.servos, goals, strict=True):
-            servo.take_goal(goal)
+            servo.table.put_goal(goal, parameters[first : first + GOAL_BYTES])
+            first += 1 + GOAL_BYTES
+        firmware.goal_position[self.who] = self.sense * (np.array(goals) - self.offset)
         return True
 
 
@@ -203,5 +223,11 @@ def _goal_write(listeners: Listeners, parameters: bytes) -> GoalWrite | None:
     registers = [servo.table.model.table["goal_position"] for servo in writing]
     if any((one.address, one.size) != (address, length) for one in registers):
         return None
+    plain = [servo.plain_goal for servo in writing]
+    ways = [one for one in plain if one is not None]
+    if len(ways) < len(plain):
+        return None
     least, most = zip(*(servo.table.goal_range() for servo in writing), strict=True)
-    return GoalWrite(writing, layout, least, most)
+    who = np.array([listeners._every.index(servo) for servo in writing])
+    sense, offset = np.array(ways).T
+    return GoalWrite(writing, layout, least, most, who, sense, offset)

@@ -197,7 +197,8 @@ class VirtualServo:
             t_ns: When it is asked.
             motors: What the world's sensors give now, None to ask them.
         """
-        self._measure(t_ns, self._world.motors() if motors is None else motors)
+        if self.table.measures(address, length):
+            self._measure(t_ns, self._world.motors() if motors is None else motors)
         data = self.table.read(address, length)
         return (int(data), b"") if isinstance(data, StatusError) else (0, data)
 
@@ -224,11 +225,6 @@ class VirtualServo:
             self.heard_ns = t_ns
         self._sync_firmware()
         return StatusError.NONE
-
-    def take_goal(self, ticks: int) -> None:
-        """Take a goal position that is within ``ControlTable.goal_range``."""
-        self.table.set(GOAL, ticks)
-        self._sync_goal()
 
     def _register_write(self, address: int, data: bytes) -> StatusError:
         error = self.table.check_write(address, data)
@@ -403,6 +399,11 @@ class VirtualServo:
     def _moving_rad_s(self) -> float:
         """A shaft that is faster is moving."""
         return self.table.values["moving_threshold"] * VELOCITY_UNIT_RAD_S
+
+    @property
+    def plain_goal(self) -> tuple[int, int] | None:
+        """Sense and offset that turn a goal into its loop's; None where a goal changes the profile, too."""
+        return None if self.table.values["drive_mode"] & TIME_BASED else (self._sense, self._offset)
 
     def measured_settings(self) -> tuple[float, ...]:
         """Return what the registers say of its measurements: a row for ``measured_kernel``."""

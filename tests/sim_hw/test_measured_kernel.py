@@ -159,7 +159,7 @@ def goals_of(bench: Bench) -> list[tuple[int, bytes | StatusError, float]]:
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(14))
 def test_goals_given_at_once_are_those_given_one_by_one(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -169,7 +169,11 @@ def test_goals_given_at_once_are_those_given_one_by_one(
     for at_once in (True, False):
         bench = Bench()
         bench.scatter(seed)
-        bench.bus.servos[1].table.set("bus_watchdog", -1 if seed % 3 == 0 else 5)
+        bench.bus.servos[1].table.set("bus_watchdog", -1 if seed % 3 == 0 else 0)
+        if seed % 2:
+            bench.firmware.columns["torque"][:] = True
+        if seed == 11:
+            bench.bus.servos[2].table.set("drive_mode", 0x04)
         with monkeypatch.context() as patch:
             if not at_once:
                 patch.setattr(Listeners, "goal_write", lambda *_: None)
