@@ -27,7 +27,7 @@ ALERT = 0x80
 LARGEST_LENGTH = 4096
 _FIXED = 7  # header, id, length
 # Requests of a loop are the same in every tick; longer ones hold goals, which are not.
-OFTEN_SAID = 24
+SHORT_FRAME_BYTES = 24
 _HEAD, _CRC = struct.Struct("<4sBH"), struct.Struct("<H")
 # Reasons of a ``BadFrame`` that callers tell apart: noise on the line is not a damaged answer.
 OUTSIDE = "bytes outside a frame"
@@ -134,7 +134,7 @@ _built_often = lru_cache(maxsize=64)(_build)
 
 def build_instruction(servo_id: int, instruction: int, parameters: bytes = b"") -> bytes:
     """Return an instruction frame, stuffed and with its CRC."""
-    if len(parameters) <= OFTEN_SAID - _FIXED - 3:
+    if len(parameters) <= SHORT_FRAME_BYTES - _FIXED - 3:
         return _built_often(servo_id, bytes((instruction,)) + parameters)
     return _build(servo_id, bytes((instruction,)) + parameters)
 
@@ -192,7 +192,7 @@ class FrameParser:
 
     def feed(self, data: bytes) -> list[Frame | BadFrame]:
         """Take bytes and return the frames they complete, in order."""
-        if not self._buffer and len(data) <= OFTEN_SAID:
+        if not self._buffer and len(data) <= SHORT_FRAME_BYTES:
             frame = _whole_frame(bytes(data))
             if frame is not None:
                 return [frame]

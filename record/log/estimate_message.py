@@ -9,7 +9,8 @@ import numpy as np
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Estimate, Health
 from record.log.cdr import BOOLS, FLOATS, INTS, CdrReader, CdrWriter
-from record.log.fields import KINDS, Part, writer_of
+from record.log.fields import KINDS, writer_of
+from record.message_form import MessagePart
 
 # planar: x, y, yaw; vx, vy, yaw rate; bias of the same; roll, pitch, height; NIS, log likelihood, age of
 # forces
@@ -42,33 +43,33 @@ _RECORD, _TEXT, _SEQUENCE, _FLAGS = (
     ("record", ""), ("texts", ""), ("sequences", "FLOATS"), ("sequences", "BOOLS"),
 )  # fmt: skip
 BEFORE_SOURCES = (
-    Part(_RECORD, "qB", "value.t_ns, healths.index(value.health)"),
-    Part(_TEXT, "", "value.reason"),
-    Part(_RECORD, "?qq", "value.holding, value.nis_dof, value.rejects"),
-    Part(_RECORD, "ddd", "*value.position_m.tolist(), value.yaw_rad"),
-    Part(_RECORD, "dddddd", "*value.velocity_B.tolist(), *value.bias_B.tolist()"),
-    Part(_RECORD, "ddd", "*value.tilt_rad.tolist(), value.height_m"),
-    Part(_RECORD, "ddd", "value.nis, value.log_likelihood, value.force_age_s"),
-    Part(_RECORD, "dddddd", "*lower_of(value.pose_covariance)"),
-    Part(_RECORD, "dddddd", "*lower_of(value.twist_covariance)"),
-    Part(_SEQUENCE, "", "value.mu"),
-    Part(_SEQUENCE, "", "value.mu_sd"),
-    Part(_SEQUENCE, "", "value.stiffness"),
-    Part(_SEQUENCE, "", "value.stiffness_sd"),
-    Part(_SEQUENCE, "", "value.force_B"),
-    Part(_SEQUENCE, "", "value.force_covariance.reshape(-1, 9).take(lower, axis=1)"),
-    Part(_SEQUENCE, "", "value.load_share"),
-    Part(_SEQUENCE, "", "value.load_share_sd"),
-    Part(_SEQUENCE, "", "value.innovation"),
-    Part(_FLAGS, "", "value.contact"),
-    Part(_FLAGS, "", "value.slipping"),
+    MessagePart(_RECORD, "qB", "value.t_ns, healths.index(value.health)"),
+    MessagePart(_TEXT, "", "value.reason"),
+    MessagePart(_RECORD, "?qq", "value.holding, value.nis_dof, value.rejects"),
+    MessagePart(_RECORD, "ddd", "*value.position_m.tolist(), value.yaw_rad"),
+    MessagePart(_RECORD, "dddddd", "*value.velocity_B.tolist(), *value.bias_B.tolist()"),
+    MessagePart(_RECORD, "ddd", "*value.tilt_rad.tolist(), value.height_m"),
+    MessagePart(_RECORD, "ddd", "value.nis, value.log_likelihood, value.force_age_s"),
+    MessagePart(_RECORD, "dddddd", "*lower_of(value.pose_covariance)"),
+    MessagePart(_RECORD, "dddddd", "*lower_of(value.twist_covariance)"),
+    MessagePart(_SEQUENCE, "", "value.mu"),
+    MessagePart(_SEQUENCE, "", "value.mu_sd"),
+    MessagePart(_SEQUENCE, "", "value.stiffness"),
+    MessagePart(_SEQUENCE, "", "value.stiffness_sd"),
+    MessagePart(_SEQUENCE, "", "value.force_B"),
+    MessagePart(_SEQUENCE, "", "value.force_covariance.reshape(-1, 9).take(lower, axis=1)"),
+    MessagePart(_SEQUENCE, "", "value.load_share"),
+    MessagePart(_SEQUENCE, "", "value.load_share_sd"),
+    MessagePart(_SEQUENCE, "", "value.innovation"),
+    MessagePart(_FLAGS, "", "value.contact"),
+    MessagePart(_FLAGS, "", "value.slipping"),
 )
 SOURCES = (
-    Part(_RECORD, "dd", "value.gyro_bias_rad_s, value.gyro_bias_sd"),
-    Part(_TEXT, "", "value.remark"),
-    Part(_SEQUENCE, "", "value.source_nis"),
-    Part(("sequences", "INTS"), "", "value.source_dof"),
-    Part(_SEQUENCE, "", "value.noise_scale"),
+    MessagePart(_RECORD, "dd", "value.gyro_bias_rad_s, value.gyro_bias_sd"),
+    MessagePart(_TEXT, "", "value.remark"),
+    MessagePart(_SEQUENCE, "", "value.source_nis"),
+    MessagePart(("sequences", "INTS"), "", "value.source_dof"),
+    MessagePart(_SEQUENCE, "", "value.noise_scale"),
 )
 _write_before_sources = writer_of(BEFORE_SOURCES, dict(SCOPE))
 _write_sources = writer_of(SOURCES, dict(SCOPE))

@@ -1,6 +1,5 @@
 """A dataclass as fields of a message: one table gives its ROS 2 definition, its encoder and its decoder."""
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import fields
 from enum import EnumMeta
@@ -8,37 +7,19 @@ from itertools import groupby
 from typing import Any, Generic, NamedTuple, TypeVar, get_type_hints
 
 from record.log.cdr import BOOLS, FLOATS, INTS, CdrReader, CdrWriter
+from record.message_form import MessagePart
 
 T = TypeVar("T")
 KINDS = {"BOOLS": BOOLS, "FLOATS": FLOATS, "INTS": INTS}
 _LETTERS = {"bool": "?", "uint8": "B", "int64": "q", "float64": "d"}
 _ARRAYS = {"bool": "BOOLS", "int64": "INTS", "float64": "FLOATS"}
-_VALUE = re.compile(r"\bvalue(?=\.)(?<!\.value)")
 _BYTES = {"bool": 1, "uint8": 1, "int64": 8, "float64": 8}
-
-
-class Part(NamedTuple):
-    """What is written of a value; neighbours with equal ``put`` go in one call.
-
-    Attributes:
-        put: Method of ``CdrWriter``, kind of numbers in an array.
-        letters: ``struct``'s, for ``CdrWriter.record``.
-        sent: Expression of what to write, of a name ``value``.
-    """
-
-    put: tuple[str, str]
-    letters: str
-    sent: str
-
-    def of(self, name: str) -> "Part":
-        """Return the same of another name."""
-        return self._replace(sent=_VALUE.sub(name, self.sent))
 
 
 class _Field(NamedTuple):
     """One field of a message; neighbours with equal ``take`` are read in one call."""
 
-    part: Part
+    part: MessagePart
     take: tuple[str, str]  # method of CdrReader, kind of numbers in an array
     size: str  # what CdrReader has to know of the field
     name: str
@@ -106,15 +87,17 @@ def _field(name: str, kind: Any, ros_type: str, _: str, width: str = "") -> _Fie
         made = f"{name}.reshape(-1, {width})"
     if not bracket:
         call = ("texts", "") if element == "string" else ("record", "")
-        return _Field(Part(call, letter, sent), call, letter, name, made, item_bytes, 1)
+        return _Field(MessagePart(call, letter, sent), call, letter, name, made, item_bytes, 1)
     call = ("arrays" if size else "sequences", _ARRAYS[element])
     if element == "float64" and 0 < items < 5:  # packed with the numbers beside it
-        part = Part(("record", ""), letter * items, f"*{sent}.tolist()")
+        part = MessagePart(("record", ""), letter * items, f"*{sent}.tolist()")
         return _Field(part, call, size, name, made, item_bytes, items)
-    return _Field(Part(call, "", sent), call, size, name, made, item_bytes, items)
+    return _Field(MessagePart(call, "", sent), call, size, name, made, item_bytes, items)
 
 
-def writer_of(parts: Sequence[Part], scope: dict[str, Any]) -> Callable[[CdrWriter, Any], None]:
+def writer_of(
+    parts: Sequence[MessagePart], scope: dict[str, Any]
+) -> Callable[[CdrWriter, Any], None]:
     """Return ``write(w, value)``.
 
     Args:

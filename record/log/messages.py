@@ -57,7 +57,7 @@ def joint_state(
 
 @lru_cache(maxsize=8)
 def _around_joints(names: tuple[str, ...], angles: int, rates: int) -> tuple[bytes, bytes, bytes]:
-    """What stands before, between and behind so many angles and rates; the same in every tick."""
+    """The bytes before, between and behind so many angles and rates; the same in every tick."""
     w = CdrWriter()
     _header(w, 0, BODY_FRAME)
     w.raw(_names(names), 4)
@@ -85,7 +85,7 @@ def _names(names: tuple[str, ...]) -> bytes:
 
 @cache
 def _between(frame: str, child: str | None = None) -> bytes:
-    """What stands between a message's time and its numbers: the rest of its header, a child frame."""
+    """The bytes between a message's time and its numbers: the rest of its header, a child frame."""
     w = CdrWriter()
     _header(w, 0, frame)
     if child is not None:
@@ -144,7 +144,7 @@ def planar_pose(unix_ns: int, pose: Estimate | DeadReckoning) -> tuple[bytes, by
 
 @cache
 def _behind_one() -> bytes:
-    """What stands between the time and the numbers of the one transform of tf2_msgs/msg/TFMessage."""
+    """The bytes between the time and the numbers of the one transform of tf2_msgs/msg/TFMessage."""
     w = CdrWriter()
     w.raw(ONE, 4)
     _header(w, 0, ODOM_FRAME)

@@ -25,7 +25,7 @@ from record.log.state_message import (
     LoggedState,
     encode_state,
 )
-from record.log.tick_form import TickEncoder
+from record.log.tick_message import TickEncoder
 from record.log.wire_message import (
     WIRE_DEFINITION,
     WIRE_TOPICS,

@@ -34,6 +34,7 @@ from sim_hw.clock import VirtualClock
 from sim_hw.dynamixel import measured_kernel
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.dynamixel.listeners import Listeners
+from sim_hw.dynamixel.request_parts import number_of, reads_of, writes_of
 from sim_hw.dynamixel.servo import VirtualServo
 from sim_hw.dynamixel.servo_watch import ServoWatch
 from sim_hw.interfaces import MotorReadings, MotorWorld
@@ -328,7 +329,7 @@ class VirtualServoBus:
                     goals = listening.goal_write(frame.parameters)
                     if goals is not None and goals.done(frame.parameters, self._firmware):
                         return
-                for servo_id, address, data in _writes(frame):
+                for servo_id, address, data in writes_of(frame):
                     for servo in by_id.get(servo_id, ()):
                         servo.write(address, data, t_ns)
                     for shadow in _shadows(listening, servo_id):
@@ -349,7 +350,7 @@ class VirtualServoBus:
         parameters = frame.parameters
         if frame.instruction == Instruction.WRITE:
             for shadow in _shadows(listening, frame.servo_id):
-                shadow.write_as_shadow(_number(parameters), parameters[2:], t_ns)
+                shadow.write_as_shadow(number_of(parameters), parameters[2:], t_ns)
         answers: list[ServoReply] = []
         for servo in listening.by_id.get(frame.servo_id, ()):
             speaks = servo.answers(frame.instruction)
@@ -383,7 +384,7 @@ class VirtualServoBus:
                     self._wire_free_ns = begin_ns + wire_ns(len(data), baud_rate)
                     self._put(Reply(self._wire_free_ns, data, servo_id), baud_rate)
                 return
-        for servo_id, address, length in _reads(frame):
+        for servo_id, address, length in reads_of(frame):
             if servo_id not in listening.by_id and self._silent.get(servo_id, False):
                 return
             answers: list[ServoReply] = []
@@ -392,38 +393,6 @@ class VirtualServoBus:
                     error, data = servo.read(address, length, t_ns, motors)
                     answers.append((servo, error, data))
             self._send(servo_id, answers, baud_rate)
-
-
-def _number(data: bytes) -> int:
-    return int.from_bytes(data[:2], "little")
-
-
-def _reads(frame: Frame) -> Iterator[tuple[int, int, int]]:
-    """Id, address and length of every part of a sync or bulk read."""
-    data = frame.parameters
-    if frame.instruction == Instruction.SYNC_READ:
-        address, length = _number(data), _number(data[2:])
-        for servo_id in data[4:]:
-            yield servo_id, address, length
-    else:
-        for at in range(0, len(data) - 4, 5):
-            yield data[at], _number(data[at + 1 :]), _number(data[at + 3 :])
-
-
-def _writes(frame: Frame) -> Iterator[tuple[int, int, bytes]]:
-    """Id, address and data of every part of a sync or bulk write; what is cut short is left out."""
-    data = frame.parameters
-    if frame.instruction == Instruction.SYNC_WRITE:
-        address, length = _number(data), _number(data[2:])
-        for at in range(4, len(data) - length, length + 1):
-            yield data[at], address, data[at + 1 : at + 1 + length]
-        return
-    at = 0
-    while at + 5 <= len(data):
-        address, length = _number(data[at + 1 :]), _number(data[at + 3 :])
-        if at + 5 + length <= len(data):
-            yield data[at], address, data[at + 5 : at + 5 + length]
-        at += 5 + length
 
 
 def _shadows(listening: Listeners, servo_id: int) -> list[VirtualServo]:

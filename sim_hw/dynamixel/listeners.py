@@ -224,10 +224,10 @@ def _goal_write(listeners: Listeners, parameters: bytes) -> GoalWrite | None:
     if any((one.address, one.size) != (address, length) for one in registers):
         return None
     plain = [servo.plain_goal for servo in writing]
-    ways = [one for one in plain if one is not None]
-    if len(ways) < len(plain):
+    senses = [one for one in plain if one is not None]
+    if len(senses) < len(plain):
         return None
     least, most = zip(*(servo.table.goal_range() for servo in writing), strict=True)
     who = np.array([listeners._every.index(servo) for servo in writing])
-    sense, offset = np.array(ways).T
+    sense, offset = np.array(senses).T
     return GoalWrite(writing, layout, least, most, who, sense, offset)

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from model.values.tick import Tick
-from record.log import tick_form
-from record.log.tick_form import TickEncoder, encoder_like
-from record.log.tick_message import encode_tick
+from record.log import tick_message
+from record.log.tick_message import TickEncoder, encode_tick, encoder_like
 from tests.record.ticks import make_tick
 
 
@@ -36,10 +35,10 @@ def with_texts(tick: Tick, gait: str, reason: str) -> Tick:
 
 @pytest.mark.parametrize("legs", [1, 3, 6, 9])
 def test_ticks_of_a_form_have_the_bytes_of_any_tick(legs: int) -> None:
-    encoders: dict[tuple[int, ...], tick_form.Encoder] = {}
+    encoders: dict[tuple[int, ...], tick_message.Encoder] = {}
     for index in range(60):
         tick = plain_tick(index, legs)
-        form = tick_form._form_of(tick)
+        form = tick_message._form_of(tick)
         assert form is not None
         key, texts = form
         encoder = encoders.setdefault(key, encoder_like(tick))
@@ -53,11 +52,11 @@ def test_ticks_of_a_form_have_the_bytes_of_any_tick(legs: int) -> None:
 )
 def test_texts_of_any_length(gait: str, reason: str) -> None:
     example = with_texts(plain_tick(3), gait, reason)
-    form = tick_form._form_of(example)
+    form = tick_message._form_of(example)
     assert form is not None
     assert encoder_like(example)(example, form[1]) == encode_tick(example)
     longer = with_texts(plain_tick(3), gait + 8 * "x", reason + 16 * "y")
-    other = tick_form._form_of(longer)
+    other = tick_message._form_of(longer)
     assert other is not None
     assert other[0] == form[0]
     assert encoder_like(example)(longer, other[1]) == encode_tick(longer)
@@ -65,7 +64,7 @@ def test_texts_of_any_length(gait: str, reason: str) -> None:
 
 def test_arrays_of_another_length_or_kind_are_refused() -> None:
     example = plain_tick(2)
-    form = tick_form._form_of(example)
+    form = tick_message._form_of(example)
     assert form is not None
     encoder, texts = encoder_like(example), form[1]
     assert encoder(example, texts) is not None
@@ -81,7 +80,7 @@ def test_arrays_of_another_length_or_kind_are_refused() -> None:
 def test_sequences_that_may_vary() -> None:
     example = plain_tick(2)
     assert example.estimate is not None
-    form = tick_form._form_of(example)
+    form = tick_message._form_of(example)
     assert form is not None
     for rows in (1, 2, 7, 30):
         estimate = replace(
@@ -93,8 +92,8 @@ def test_sequences_that_may_vary() -> None:
 
 
 def test_an_encoder_of_a_log_takes_any_tick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tick_form, "WORTH_IT", 2)
-    monkeypatch.setattr(tick_form, "MOST_FORMS", 20)
+    monkeypatch.setattr(tick_message, "WORTH_IT", 2)
+    monkeypatch.setattr(tick_message, "MOST_FORMS", 20)
     encoder = TickEncoder()
     ticks = [make_tick(index) for index in range(60)] + [
         plain_tick(index % 9) for index in range(60)

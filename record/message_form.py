@@ -1,44 +1,66 @@
 """An encoder for messages of one form: everything lies where it lay in an example.
 
-``CdrWriter`` asks of every value where it is and what is before it. In a run nearly all ticks are alike: as
-many numbers in each sequence, texts of the same length. Then all gaps and lengths are known beforehand, and
-a message is one joining of arrays, with the numbers between two of them packed at once. As in
+``record.log.cdr`` asks of every value where it is and what is before it. In a run nearly all ticks are alike:
+as many numbers in each sequence, texts of the same length. Then all gaps and lengths are known beforehand,
+and a message is one joining of arrays, with the numbers between two of them packed at once. As in
 ``record.log.fields``, the source of such a function is put together once and compiled.
 """
 
+import re
 import struct
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
-
-from record.log.cdr import BOOLS, HEADER
-from record.log.fields import KINDS, Part
+from typing import Any, NamedTuple
 
 ITEM_BYTES = {"BOOLS": 1, "INTS": 8, "FLOATS": 8}
 # Lengths of sequences, packed; longer ones are not in any form.
 COUNTS = tuple(struct.pack("<I", count) for count in range(256))
 
 
+_VALUE = re.compile(r"\bvalue(?=\.)(?<!\.value)")
+
+
+class MessagePart(NamedTuple):
+    """What is written of a value; neighbours with equal ``put`` go in one call.
+
+    Attributes:
+        put: Method of ``CdrWriter``, kind of numbers in an array.
+        letters: ``struct``'s, for ``CdrWriter.record``.
+        sent: Expression of what to write, of a name ``value``.
+    """
+
+    put: tuple[str, str]
+    letters: str
+    sent: str
+
+    def of(self, name: str) -> "MessagePart":
+        """Return the same of another name."""
+        return self._replace(sent=_VALUE.sub(name, self.sent))
+
+
 class FormSource:
     """Puts the source of an encoder together, part by part.
 
     Args:
-        scope: What the parts' expressions need, values of the example included.
+        header: What every message begins with.
+        scope: What the parts' expressions need, values of the example and kinds of numbers included.
         varying: Expressions of sequences whose length may be another one, but not zero.
     """
 
-    def __init__(self, scope: Mapping[str, Any], varying: frozenset[str] = frozenset()) -> None:
-        self._scope = {**scope, **KINDS, "counts": COUNTS}
+    def __init__(
+        self, header: bytes, scope: Mapping[str, Any], varying: frozenset[str] = frozenset()
+    ) -> None:
+        self._scope = {**scope, "counts": COUNTS}
         self._varying = varying
         self._place = 0  # without the header, which alignment does not count
         self._codes: list[str] = []  # numbers that are packed together, and the gaps before them
         self._values: list[str] = []
-        self._joined = [repr(HEADER)]
+        self._joined = [repr(header)]
         self._bytes: list[str] = []
         self._kinds: dict[str, list[str]] = {}  # expressions of arrays
         self._sizes: dict[int, list[str]] = {}  # names of their bytes
         self._texts = 0
 
-    def add(self, parts: Sequence[Part]) -> None:
+    def add(self, parts: Sequence[MessagePart]) -> None:
         """Add what is written of a value whose name is in the scope."""
         for part in parts:
             method, kind = part.put
@@ -129,6 +151,3 @@ class FormSource:
         exec("\n ".join(lines), self._scope)
         encode: Callable[..., bytes | None] = self._scope["encode"]
         return encode
-
-
-assert BOOLS.itemsize == ITEM_BYTES["BOOLS"]
