@@ -1,9 +1,9 @@
 """An encoder for messages of one form: everything lies where it lay in an example.
 
 ``record.log.cdr`` asks of every value where it is and what is before it. In a run nearly all ticks are
-alike: as many numbers in each sequence, texts of the same length. Then all gaps and lengths are known beforehand,
-and a message is one joining of arrays, with the numbers between two of them packed at once. As in
-``record.log.fields``, the source of such a function is put together once and compiled.
+alike: as many numbers in each sequence, texts of the same length. Then all gaps and lengths are known
+beforehand, and a message is one joining of arrays, with the numbers between two of them packed at once. As
+in ``record.log.fields``, the source of such a function is put together once and compiled.
 """
 
 import re
