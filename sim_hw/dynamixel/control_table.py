@@ -160,11 +160,6 @@ class ControlTable:
         self._memory[self._goal_at] = data
         self.values[GOAL] = ticks
 
-    def measures(self, address: int, length: int) -> bool:
-        """Whether a read of these bytes may bring something measured."""
-        begin, end = self._measured_at, self._measured_at + self._layout.size
-        return (address < end and address + length > begin) or address + length > self._plain_to
-
     def put_measured(self, *values: int) -> None:
         """Set all that is measured, from ``realtime_tick`` on, in the order of the addresses."""
         self._layout.pack_into(self._memory, self._measured_at, *values)

@@ -197,8 +197,7 @@ class VirtualServo:
             t_ns: When it is asked.
             motors: What the world's sensors give now, None to ask them.
         """
-        if self.table.measures(address, length):
-            self._measure(t_ns, self._world.motors() if motors is None else motors)
+        self._measure(t_ns, self._world.motors() if motors is None else motors)
         data = self.table.read(address, length)
         return (int(data), b"") if isinstance(data, StatusError) else (0, data)
 
