@@ -23,7 +23,7 @@ from drivers.ati.stream import ForceStream
 from drivers.clock import Clock, MonotonicClock
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.catalog import READ_LENGTH
-from drivers.dynamixel.packets import STATUS_BYTES
+from drivers.dynamixel.frames import STATUS_BYTES
 from drivers.dynamixel.port import BITS_PER_BYTE, ClockedPort
 from model.values.arrays import readonly
 from model.values.legs import JointCommand

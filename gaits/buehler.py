@@ -9,14 +9,62 @@ gives the classical clock, whose acceleration has no limit and which ``gaits.lim
 """
 
 from functools import lru_cache
-from math import floor, isfinite
 
 import numpy as np
 
 from gaits.gait import TURN, DelayedLegs, ShaftMotion
+from model.compiled import NUMBER, compile_for, compiled, given, out
 from model.errors import ConfigError
 from model.values.arrays import FloatArray
 from model.values.parameters import BuehlerParameters, LegParameters
+
+
+@compiled
+def buehler_motion(
+    leg_phase: FloatArray,
+    duty: FloatArray,
+    offset: FloatArray,
+    sweep: FloatArray,
+    slow: FloatArray,
+    fast: FloatArray,
+    blend: float,
+    motion: FloatArray,
+) -> None:
+    """Write the motion of all legs at some phases.
+
+    Args:
+        leg_phase: Phase of each leg, touchdown at whole numbers, (M, N) [cycles].
+        duty: Share of the period in stance, (N,).
+        offset: Angle in mid-stance, (N,) [rad].
+        sweep: Sweep in stance, (N,) [rad].
+        slow: Slope in stance, (N,) [rad a cycle].
+        fast: Slope in the return, (N,) [rad a cycle].
+        blend: Share of the period over which a corner is rounded.
+        motion: Angle, slope and curvature, (3, M, N); written.
+    """
+    for i in range(leg_phase.shape[0]):
+        for k in range(leg_phase.shape[1]):
+            cycle = np.floor(leg_phase[i, k])
+            x = leg_phase[i, k] - cycle  # share of the leg's own period, touchdown at 0
+            if x < duty[k]:
+                angle, slope = slow[k] * x, slow[k]
+            else:
+                angle, slope = sweep[k] + fast[k] * (x - duty[k]), fast[k]
+            curvature = 0.0
+            for corner in range(3):  # lift-off, touchdown, the next one
+                if corner == 0:
+                    at, before, after, at_corner = duty[k], slow[k], fast[k], sweep[k]
+                else:
+                    at, at_corner = (0.0, 0.0) if corner == 1 else (1.0, TURN)
+                    before, after = fast[k], slow[k]
+                if abs(x - at) < blend / 2:
+                    y = x - at + blend / 2  # from the beginning of the blend
+                    curvature = (after - before) / blend
+                    angle = at_corner + before * (x - at) + curvature * (y * y) / 2
+                    slope = before + curvature * y
+            motion[0, i, k] = angle + TURN * cycle + offset[k] - sweep[k] / 2
+            motion[1, i, k] = slope
+            motion[2, i, k] = curvature
 
 
 class BuehlerClock(DelayedLegs):
@@ -40,7 +88,10 @@ class BuehlerClock(DelayedLegs):
         super().__init__(parameters, legs)
         self._parameters = parameters
         self._speeds = lru_cache(maxsize=4)(self._speeds_at)
-        self._numbers = lru_cache(maxsize=4)(self._numbers_at)
+        self._duty_and_offset = (
+            np.ascontiguousarray(parameters.duty, dtype=np.float64),
+            np.ascontiguousarray(parameters.offset, dtype=np.float64),
+        )
 
     def _speeds_at(self, steer: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Sweep of each leg in stance [rad], its slow and its fast slope [rad a cycle], (N,) each."""
@@ -49,75 +100,13 @@ class BuehlerClock(DelayedLegs):
 
     def motion(self, phase: FloatArray | float, steer: float) -> ShaftMotion:
         """Return shaft motion at phases of any shape (...), as (..., N)."""
-        p = self._parameters
         sweep, slow, fast = self._speeds(steer)
-        leg_phase = self.leg_phase(phase)
-        if leg_phase.ndim == 1 and isfinite(phase):
-            return self._motion_now(leg_phase, steer)
-        cycle = np.floor(leg_phase)
-        x = leg_phase - cycle  # share of the leg's own period, touchdown at 0
-        beyond = x - p.duty
-        in_stance = x < p.duty
-        angle = np.where(in_stance, slow * x, sweep + fast * beyond)
-        slope = np.where(in_stance, slow, fast) + 0.0 * x
-        curvature = np.zeros_like(angle)
-        # where each lies, slopes before and after, and the angle there
-        corners: tuple[tuple[FloatArray | float, FloatArray, FloatArray, FloatArray | float], ...]
-        corners = ((p.duty, slow, fast, sweep), (0.0, fast, slow, 0.0), (1.0, fast, slow, TURN))
-        nearest = np.minimum(np.abs(beyond), np.minimum(x, 1.0 - x))
-        if not nearest.min() < p.blend / 2:  # most of the time: nothing to round
-            corners = ()
-        for corner, before, after, at_corner in corners:
-            near = np.abs(x - corner) < p.blend / 2
-            if near.any():
-                y = x - corner + p.blend / 2  # from the beginning of the blend
-                bend = (after - before) / p.blend
-                rounded = at_corner + before * (x - corner) + bend * y**2 / 2
-                angle = np.where(near, rounded, angle)
-                slope = np.where(near, before + bend * y, slope)
-                curvature = np.where(near, bend, curvature)
-        return ShaftMotion(angle + TURN * cycle + p.offset - sweep / 2, slope, curvature)
-
-    def _numbers_at(self, steer: float) -> list[tuple[float, ...]]:
-        """Slopes, sweep, duty and offset of each leg as plain numbers."""
-        p = self._parameters
-        sweep, slow, fast = self._speeds(steer)
-        return list(
-            zip(*(one.tolist() for one in (slow, fast, sweep, p.duty, p.offset)), strict=True)
-        )
-
-    def _motion_now(self, leg_phase: FloatArray, steer: float) -> ShaftMotion:
-        """``motion`` at one phase, to the bit: a few legs are sooner done one by one than as arrays."""
-        blend = self._parameters.blend
-        motions = []
-        for at, (slow, fast, sweep, duty, offset) in zip(
-            leg_phase.tolist(), self._numbers(steer), strict=True
-        ):
-            cycle = float(floor(at))
-            x = at - cycle
-            beyond = x - duty
-            angle, slope, curvature = slow * x, slow, 0.0
-            if not x < duty:
-                angle, slope = sweep + fast * beyond, fast
-            if min(abs(beyond), x, 1.0 - x) < blend / 2:
-                corners = (
-                    (duty, slow, fast, sweep),
-                    (0.0, fast, slow, 0.0),
-                    (1.0, fast, slow, TURN),
-                )
-                for corner, before, after, at_corner in corners:
-                    if abs(x - corner) < blend / 2:
-                        y = x - corner + blend / 2
-                        bend = (after - before) / blend
-                        angle = at_corner + before * (x - corner) + bend * (y * y) / 2
-                        slope, curvature = before + bend * y, bend
-            motions.append((angle + TURN * cycle + offset - sweep / 2, slope, curvature))
-        angles, slopes, curvatures = np.array(motions).T
-        return ShaftMotion(
-            np.ascontiguousarray(angles),
-            np.ascontiguousarray(slopes),
-            np.ascontiguousarray(curvatures),
-        )
+        leg_phase = np.ascontiguousarray(self.leg_phase(phase))
+        motion = np.empty((3, *leg_phase.shape))
+        flat = leg_phase.reshape(-1, len(sweep)), motion.reshape(3, -1, len(sweep))
+        duty, offset = self._duty_and_offset
+        buehler_motion(flat[0], duty, offset, sweep, slow, fast, self._parameters.blend, flat[1])
+        return ShaftMotion(*motion)
 
     def peaks(self, steer: float) -> tuple[float, float]:
         """Return the largest slope and curvature; the curvature is infinite without blends."""
@@ -126,3 +115,8 @@ class BuehlerClock(DelayedLegs):
         jump = float(np.abs(fast - slow).max())
         bend = jump / p.blend if p.blend > 0 else (np.inf if jump > 0 else 0.0)
         return float(np.maximum(slow, fast).max()), bend
+
+
+def prepare() -> None:
+    """Load or make the machine code, so that no tick waits for it."""
+    compile_for(buehler_motion, *given(2, 1, 1, 1, 1, 1), NUMBER, *out(3))

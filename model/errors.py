@@ -12,7 +12,7 @@ class BigantError(Exception):
     """Base of every error of ours. Its text is one sentence that says what to do."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Travel between processes by text and attributes: errors are made of other arguments than these."""
+        """Travel between processes by text and attributes: errors are made of other arguments."""
         return _remade, (type(self), self.args, self.__dict__)
 
 

@@ -7,12 +7,12 @@ import numpy as np
 
 from drivers.ati.calibration import Calibration
 from drivers.ati.settings import ForceSensorSettings
-from model.values.arrays import FloatArray, readonly
+from model.compiled import COUNT, FLAG, compile_for, compiled, given, out
+from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.legs import FootForces
 from model.values.readings import ForceRecord
 
 UNKNOWN = (np.nan,) * 6
-NO_FORCE = (np.nan,) * 3
 
 
 def sensed_wrenches(
@@ -75,6 +75,54 @@ def no_forces(count: int) -> FootForces:
     return FootForces(-1, readonly(nothing), readonly(np.zeros(count, dtype=bool)))
 
 
+@compiled
+def calibrated_forces(
+    counts: IntArray,
+    present: BoolArray,
+    saturated: BoolArray,
+    slots: IntArray,
+    counts_per_n: FloatArray,
+    mounting: FloatArray,
+    force_n: FloatArray,
+    valid: BoolArray,
+) -> None:
+    """Write the ground's forces on the feet, body axes, with a constant bias.
+
+    Args:
+        counts: Of all transducers, (6, 6).
+        present: Which of them are in the record, (6,).
+        saturated: Which of them are saturated, (6,).
+        slots: Of each leg, -1 for none, (N,).
+        counts_per_n: Of each leg's transducer, (N,).
+        mounting: Cosine and sine of its turn about z, +1 where it is upright, else -1; its bias on x, y and
+            z [N]; a row a leg, (N, 6).
+        force_n: (N, 3) [N], NaN where nothing is known; written.
+        valid: Whether it is known, (N,); written.
+    """
+    for leg in range(len(slots)):
+        slot = slots[leg]
+        valid[leg] = False
+        if slot >= 0 and present[slot] and not saturated[slot]:
+            n = counts_per_n[leg]
+            c, s, up = mounting[leg, 0], mounting[leg, 1], mounting[leg, 2]
+            x = counts[slot, 0] / n - mounting[leg, 3]
+            y = up * (counts[slot, 1] / n - mounting[leg, 4])
+            force_n[leg, 0] = c * x - s * y
+            force_n[leg, 1] = s * x + c * y
+            force_n[leg, 2] = up * (counts[slot, 2] / n - mounting[leg, 5])
+            valid[leg] = np.isfinite(force_n[leg, 0] + force_n[leg, 1] + force_n[leg, 2])
+        if not valid[leg]:
+            force_n[leg] = np.nan
+
+
+def prepare() -> None:
+    """Load or make the machine code, so that no tick waits for it."""
+    compile_for(
+        calibrated_forces, *given(2, kind=COUNT), *given(1, 1, kind=FLAG), *given(1, kind=COUNT),
+        *given(1, 2), *out(2), *out(1, kind=FLAG),
+    )  # fmt: skip
+
+
 class ForceScales:
     """Calibrates records, one a tick, with what never changes worked out beforehand.
 
@@ -91,15 +139,16 @@ class ForceScales:
         yaw = settings.yaw_rad
         in_situ = settings.calibration is not None
         bias_n = np.zeros_like(settings.bias_n) if in_situ else settings.bias_n
-        self._mounting = tuple(
-            zip(
-                np.cos(yaw).tolist(),
-                np.sin(yaw).tolist(),
-                settings.up.tolist(),
-                bias_n.tolist(),
-                strict=True,
-            )
-        )
+        upright = settings.up.astype(np.float64)
+        self._mounting = np.column_stack([np.cos(yaw), np.sin(yaw), upright, bias_n])
+        known = [
+            number - 1 if one is not None and number > 0 else -1
+            for number, one in zip(settings.transducers.tolist(), calibrations, strict=False)
+        ]
+        missing = [-1] * (len(settings.names) - len(known))
+        self._slots = np.array(known + missing, dtype=np.int64)
+        scales = [1.0 if one is None else one.counts_per_n for one in calibrations]
+        self._counts_per_n = np.array(scales + [1.0] * len(missing))
 
     def forces(self, record: ForceRecord, angle_rad: FloatArray) -> FootForces:
         """Calibrate one record.
@@ -112,22 +161,29 @@ class ForceScales:
             Forces in body axes. NaN and ``valid`` False where a leg has no transducer, no calibration, is
             not in the record, is saturated, or is not in the calibration file that is in use.
         """
+        count = len(self._slots)
+        force_n, valid = np.empty((count, 3)), np.empty(count, dtype=np.bool_)
+        if self._settings.calibration is None:
+            # copies, as those of a log may lie anywhere in it
+            counts, present = record.counts.copy(), record.present.copy()
+            calibrated_forces(
+                counts, present, record.saturated.copy(), self._slots, self._counts_per_n,
+                self._mounting, force_n, valid,
+            )  # fmt: skip
+            return FootForces(record.t_ns, readonly(force_n), readonly(valid))
         sensed = _rows(record, self._calibrations, self._settings)
-        if self._settings.calibration is not None:
-            sensed = foot_wrenches(np.array(sensed), self._settings, angle_rad).tolist()
-        forces: list[float] = []
-        valid = []
-        for (fx, fy, fz, *_), (c, s, up, (bx, by, bz)) in zip(sensed, self._mounting, strict=True):
-            x, y = fx - bx, up * (fy - by)
-            force = (c * x - s * y, s * x + c * y, up * (fz - bz))
-            whole = isfinite(force[0] + force[1] + force[2])
-            forces += force if whole else NO_FORCE
-            valid.append(whole)
-        force_n = readonly(np.array(forces).reshape(-1, 3))
-        return FootForces(record.t_ns, force_n, readonly(np.array(valid)))
+        wrenches = foot_wrenches(np.array(sensed), self._settings, angle_rad).tolist()
+        for leg, ((fx, fy, fz, *_), (c, s, up, *_)) in enumerate(
+            zip(wrenches, self._mounting.tolist(), strict=True)
+        ):
+            y = up * fy
+            force = (c * fx - s * y, s * fx + c * y, up * fz)
+            valid[leg] = isfinite(force[0] + force[1] + force[2])
+            force_n[leg] = force if valid[leg] else np.nan
+        return FootForces(record.t_ns, readonly(force_n), readonly(valid))
 
     def of_newest(self, records: Sequence[Sequence[ForceRecord]]) -> list[FootForces | None]:
-        """Calibrate the newest record of each tick at once; the same numbers as ``forces``.
+        """Calibrate the newest record of each tick; the same numbers as ``forces``.
 
         Args:
             records: Of each tick, oldest first.
@@ -135,29 +191,7 @@ class ForceScales:
         Returns:
             None where a tick has none, and everywhere where a calibration file asks for the shafts' angles.
         """
-        calibrated: list[FootForces | None] = [None] * len(records)
-        places = [place for place, own in enumerate(records) if own]
-        if not places or self._settings.calibration is not None:
-            return calibrated
-        newest = [records[place][-1] for place in places]
-        counts = np.array([one.counts for one in newest], dtype=np.float64)
-        usable = np.array([one.present for one in newest])
-        usable &= ~np.array([one.saturated for one in newest])
-        force = np.full((len(places), len(self._mounting), 3), np.nan)
-        numbered = zip(self._settings.transducers.tolist(), self._calibrations, strict=False)
-        for leg, (number, calibration) in enumerate(numbered):
-            if calibration is None or number < 1:
-                continue
-            c, s, up, (bx, by, bz) = self._mounting[leg]
-            fx, fy, fz = (counts[:, number - 1, :3] / calibration.counts_per_n).T
-            x, y = fx - bx, up * (fy - by)
-            force[:, leg, 0], force[:, leg, 1] = c * x - s * y, s * x + c * y
-            force[:, leg, 2] = up * (fz - bz)
-            force[~usable[:, number - 1], leg] = np.nan
-        whole = np.isfinite(force[..., 0] + force[..., 1] + force[..., 2])
-        force[~whole] = np.nan
-        readonly(force)
-        readonly(whole)
-        for row, (place, one) in enumerate(zip(places, newest, strict=True)):
-            calibrated[place] = FootForces(one.t_ns, force[row], whole[row])
-        return calibrated
+        if self._settings.calibration is not None:
+            return [None] * len(records)
+        unknown = np.full(len(self._slots), np.nan)
+        return [self.forces(own[-1], unknown) if own else None for own in records]

@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from model.values.arrays import BoolArray, readonly
+from model.values.arrays import BoolArray, IntArray, readonly
 from model.values.readings import ForceRecord
 
 TRANSDUCERS = 6
@@ -123,7 +123,7 @@ def parse_datagram(data: bytes, t_ns: int) -> tuple[ForceRecord, ...] | Malforme
                 t_ns=t_ns,
                 device_ticks=ticks,
                 sequence=sequence,
-                status=readonly(np.array((status_1, status_2), dtype=np.int64)),
+                status=_status(status_1, status_2),
                 battery=battery,
                 mask=mask,
                 counts=readonly(counts),
@@ -132,6 +132,13 @@ def parse_datagram(data: bytes, t_ns: int) -> tuple[ForceRecord, ...] | Malforme
             )
         )
     return tuple(records) if records else Malformed("empty")
+
+
+@lru_cache(maxsize=64)
+def _status(status_1: int, status_2: int) -> IntArray:
+    """Both status words as an array, (2,); the same in nearly every record."""
+    made: IntArray = readonly(np.array((status_1, status_2), dtype=np.int64))
+    return made
 
 
 def saturation(status_1: int, status_2: int) -> BoolArray:
@@ -175,7 +182,8 @@ def build_record(record: ForceRecord) -> bytes:
     head = _HEADER.pack(
         record.device_ticks, record.sequence, status_1, status_2, record.battery, record.mask
     )
-    return head + record.counts[record.present].astype(_COUNT).tobytes()
+    sent = record.counts if record.mask == EVERY_TRANSDUCER else record.counts[record.present]
+    return head + sent.astype(_COUNT).tobytes()
 
 
 def unix_ns(device_ticks: int, near_unix_ns: int) -> int:

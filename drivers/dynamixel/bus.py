@@ -7,6 +7,7 @@ position, with the servos' own watchdog armed, so that they stop when the host d
 
 import contextlib
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from math import isfinite, pi
 
 import numpy as np
@@ -36,11 +37,12 @@ from drivers.dynamixel.units import (
     WATCHDOG_UNIT_S,
 )
 from model.errors import BusError
-from model.values.arrays import IntArray, readonly
+from model.values.arrays import BoolArray, IntArray, readonly
 from model.values.legs import JointCommand
 from model.values.readings import ServoReadings
 
 NEVER = -1
+GOAL = COMMON["goal_position"]
 TORQUE_OFF_TRIES = 3
 # One lost answer is no reason to refuse; a servo that misses so many is not to be relied on.
 TORQUE_ON_READS = 5
@@ -161,15 +163,18 @@ class ServoBus:
         """
         answers = self._sync_read()
         t_ns = (self._packets.sent_ns + self._port.clock.now_ns()) // 2
-        valid = [answer.data is not None for answer in answers]
-        self._seen_ns = [
-            t_ns if here else before for here, before in zip(valid, self._seen_ns, strict=True)
-        ]
-        self._poll_hardware_error(answers)
-        age_ns = [NEVER if seen_ns == NEVER else t_ns - seen_ns for seen_ns in self._seen_ns]
+        valid = [data is not None for data, _, _ in answers]
+        errors = [error for _, error, _ in answers]
+        if all(valid):
+            self._seen_ns, age_ns = [t_ns] * len(answers), [0] * len(answers)
+        else:
+            seen = zip(valid, self._seen_ns, strict=True)
+            self._seen_ns = [t_ns if here else before for here, before in seen]
+            age_ns = [NEVER if seen_ns == NEVER else t_ns - seen_ns for seen_ns in self._seen_ns]
+        self._poll_hardware_error(answers, errors)
         duty, current, velocity, position, voltage, temperature = loop_columns(answers)
-        others = [*(answer.error for answer in answers), *self._hardware_error, *age_ns]
-        error_byte, hardware_error, age = readonly(np.array(others).reshape(3, len(answers)))
+        flags = *valid, *errors, *self._hardware_error, *age_ns
+        known, error_byte, hardware_error, age = _flags_as_arrays(flags, len(answers))
         return ServoReadings(
             t_ns=t_ns,
             position_ticks=self._unshifted(position, valid),
@@ -180,7 +185,7 @@ class ServoBus:
             temperature_c=temperature,
             error_byte=error_byte,
             hardware_error=hardware_error,
-            valid=readonly(np.array(valid)),
+            valid=known,
             age_ns=age,
         )
 
@@ -211,16 +216,18 @@ class ServoBus:
         self._lost_ticks[index] = lost_ticks
         self._hardware_error[index] = 0
 
-    def _poll_hardware_error(self, answers: Sequence[ServoAnswer]) -> None:
+    def _poll_hardware_error(self, answers: Sequence[ServoAnswer], errors: Sequence[int]) -> None:
         """Read register 70 of one servo: at once where an alert is new, now and then in turn.
 
         A sync read carries the alert bit only, and only our own receive loop keeps even that.
         """
-        unexplained = [
-            index
-            for index, answer in enumerate(answers)
-            if answer.error & ALERT and self._hardware_error[index] <= 0
-        ]
+        unexplained: list[int] = []
+        if any(errors):
+            unexplained = [
+                index
+                for index, error in enumerate(errors)
+                if error & ALERT and self._hardware_error[index] <= 0
+            ]
         self._reads += 1
         turn, rest = divmod(self._reads, POLL_EVERY_READS)
         if not unexplained and rest:
@@ -305,10 +312,9 @@ class ServoBus:
         self._send_goals([i for index, i in enumerate(self._ids) if index != without])
 
     def _send_goals(self, ids: Sequence[int]) -> None:
-        goal = COMMON["goal_position"]
         goals = dict(zip(self._ids, self._goal_ticks, strict=True))
-        items = [(i, goal.encode(goals[i])) for i in ids]
-        if items and self._packets.sync_write(goal.address, items) != COMM_SUCCESS:
+        numbers = [goals[i] for i in ids]
+        if ids and self._packets.sync_write_numbers(GOAL, ids, numbers) != COMM_SUCCESS:
             raise BusError("the goals could not be sent whole", port=self._port.name)
 
     def torque_off(self) -> bool:
@@ -384,6 +390,16 @@ class ServoBus:
 
     def _legs(self, where: Iterable[bool]) -> str:
         return ", ".join(leg for leg, here in zip(self.settings.names, where, strict=True) if here)
+
+
+@lru_cache(maxsize=4)  # the same in nearly every read
+def _flags_as_arrays(
+    flags: tuple[int, ...], count: int
+) -> tuple[BoolArray, IntArray, IntArray, IntArray]:
+    """Return four times so many flags, (N,) each, the first as what is true."""
+    valid, error_byte, hardware_error, age = readonly(np.array(flags).reshape(4, count))
+    known: BoolArray = readonly(valid != 0)
+    return known, error_byte, hardware_error, age
 
 
 def _longest_return_delay_ms(report: BusReport) -> float:

@@ -26,6 +26,8 @@ ALERT = 0x80
 # A sync write of goals to six servos is 44 bytes; anything near this is no frame of ours.
 LARGEST_LENGTH = 4096
 _FIXED = 7  # header, id, length
+# Requests of a loop are the same in every tick; longer ones hold goals, which are not.
+SHORT_FRAME_BYTES = 24
 _HEAD, _CRC = struct.Struct("<4sBH"), struct.Struct("<H")
 # Reasons of a ``BadFrame`` that callers tell apart: noise on the line is not a damaged answer.
 OUTSIDE = "bytes outside a frame"
@@ -54,6 +56,7 @@ class Instruction(enum.IntEnum):
     FAST_BULK_READ = 0x9A
 
 
+STATUS_BYTES = 11  # a status frame without parameters
 STATUS = int(Instruction.STATUS)  # every answer is compared with it: an enum takes its time
 
 
@@ -89,6 +92,10 @@ def _pairs(size: int) -> struct.Struct:
 @lru_cache(maxsize=64)  # the loop's own requests are the same in every tick
 def crc16(data: bytes) -> int:
     """CRC-16, polynomial 0x8005, initial 0, most significant bit first; check value 0xFEE8."""
+    return _crc16(data)
+
+
+def _crc16(data: bytes) -> int:
     even = data if len(data) % 2 == 0 else b"\0" + data  # zeros in front change nothing
     crc = 0
     for pair in _pairs(len(even)).unpack(even):
@@ -122,8 +129,13 @@ def _build(servo_id: int, payload: bytes) -> bytes:
     return body + _CRC.pack(crc16(body))
 
 
+_built_often = lru_cache(maxsize=64)(_build)
+
+
 def build_instruction(servo_id: int, instruction: int, parameters: bytes = b"") -> bytes:
     """Return an instruction frame, stuffed and with its CRC."""
+    if len(parameters) <= SHORT_FRAME_BYTES - _FIXED - 3:
+        return _built_often(servo_id, bytes((instruction,)) + parameters)
     return _build(servo_id, bytes((instruction,)) + parameters)
 
 
@@ -180,6 +192,10 @@ class FrameParser:
 
     def feed(self, data: bytes) -> list[Frame | BadFrame]:
         """Take bytes and return the frames they complete, in order."""
+        if not self._buffer and len(data) <= SHORT_FRAME_BYTES:
+            frame = _whole_frame(bytes(data))
+            if frame is not None:
+                return [frame]
         self._buffer = self._buffer + data if self._buffer else bytes(data)
         items: list[Frame | BadFrame] = []
         while self._buffer and (item := self._next()) is not None:
@@ -226,6 +242,39 @@ class FrameParser:
         return BadFrame(reason, raw)
 
 
+def statuses_in_order(data: bytes, ids: bytes, length: int) -> list[tuple[int, bytes]] | None:
+    """Return what servos that were asked together have answered, where nothing is out of the way.
+
+    Args:
+        data: All that has come.
+        ids: Whom to expect, in this order.
+        length: Bytes of parameters of each.
+
+    Returns:
+        Error byte and parameters of each; None if anything is missing, damaged, stuffed or too much:
+        ``FrameParser`` finds out what.
+    """
+    size = STATUS_BYTES + length
+    if len(data) != size * len(ids) or data.count(STUFFING_MARK) != len(ids):
+        return None
+    answered, begin = [], 0
+    for head in _status_heads(ids, length):
+        end = begin + size
+        inside, crc = data[begin : end - 2], data[end - 2] | data[end - 1] << 8
+        if not inside.startswith(head) or _crc16(inside) != crc:
+            return None
+        answered.append((inside[_FIXED + 1], inside[_FIXED + 2 :]))
+        begin = end
+    return answered
+
+
+@lru_cache(maxsize=64)
+def _status_heads(ids: bytes, length: int) -> tuple[bytes, ...]:
+    """How the answers of servos begin, up to the error byte."""
+    size = STATUS_BYTES + length - _FIXED
+    return tuple(_HEAD.pack(HEADER, one, size) + bytes((STATUS,)) for one in ids)
+
+
 def _damaged_length(raw: bytes) -> int:
     """Return how many bytes of a frame with a wrong CRC are its own.
 
@@ -235,6 +284,21 @@ def _damaged_length(raw: bytes) -> int:
     if inside >= 0:
         return inside
     return len(raw) - next((n for n in (3, 2, 1) if raw.endswith(HEADER[:n])), 0)
+
+
+@lru_cache(maxsize=64)
+def _whole_frame(data: bytes) -> Frame | None:
+    """Return the frame that the bytes are; None if they are none, or not one alone."""
+    head_bytes = _FIXED + 3
+    if len(data) < head_bytes or not data.startswith(HEADER):
+        return None
+    if (
+        len(data) != _FIXED + (data[5] | data[6] << 8)
+        or crc16(data[:-2]) != data[-2] | data[-1] << 8
+    ):
+        return None
+    frame = _decode(data)
+    return frame if isinstance(frame, Frame) else None
 
 
 def _decode(raw: bytes) -> Frame | BadFrame:

@@ -19,19 +19,19 @@ from drivers.dynamixel.frames import (
     ALERT,
     OUTSIDE,
     STATUS,
+    STATUS_BYTES,
     BadFrame,
     Frame,
     FrameParser,
     StatusError,
     build_instruction,
+    statuses_in_order,
 )
-from drivers.dynamixel.port import ClockedPort
+from drivers.dynamixel.port import READ_CHUNK, ClockedPort
 from drivers.dynamixel.stats import BusCounters
 
 # For so long after an answer failed to come it may still do so, in the middle of another request.
 OWED_NS = 500_000_000
-STATUS_BYTES = 11  # a status frame without parameters
-READ_CHUNK = 1024
 
 
 class ServoAnswer(NamedTuple):
@@ -166,6 +166,24 @@ class PacketHandler:
         self.counters.late_replies += sum(_is_status(item) for item in stale)
         self._parser.clear()
         port.clearPort()
+
+    def all_in_order(self, ids: bytes, length: int) -> list[ServoAnswer] | None:
+        """Wait for the answers of several servos that were asked together.
+
+        Args:
+            ids: Their ids.
+            length: Bytes of data of each.
+
+        Returns:
+            The answers, if each servo has answered in its turn and done what it was asked, as is usual;
+            None if not: what has come so far is then there for ``next_status``.
+        """
+        data = self.port.readAnswers(len(ids), STATUS_BYTES + length)
+        answered = statuses_in_order(data, ids, length)
+        if answered is None or any(error & ~ALERT for error, _ in answered):
+            self._frames.extend(self._parser.feed(data))
+            return None
+        return [ServoAnswer(parameters, error, COMM_SUCCESS) for error, parameters in answered]
 
     def next_status(self) -> tuple[Frame | None, int]:
         """Wait for one status frame until the port's timeout."""

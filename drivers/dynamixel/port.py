@@ -33,6 +33,7 @@ WRITE_TIMEOUT_S = 0.2
 # Where Linux shows the latency timer of a USB serial adapter.
 USB_SERIAL_DEVICES = Path("/sys/bus/usb-serial/devices")
 
+READ_CHUNK = 1024  # more than is ever read at once
 T = TypeVar("T")
 # Called with "tx" or "rx", the bytes, and the time [ns].
 Tap = Callable[[str, bytes, int], None]
@@ -88,6 +89,14 @@ class ClockedPort(PortHandler):  # type: ignore[misc]  # the SDK is not typed
         """Return how much of the wait is left [ms]."""
         since_ms = self.clock.now_ns() * 1e-6 - float(self.packet_start_time)
         return max(0.0, float(self.packet_timeout) - since_ms)
+
+    def readAnswers(self, count: int, size: int) -> bytes:  # noqa: N802
+        """Read until so many answers of so many bytes are there, time is over, or something else comes."""
+        data = b""
+        # a piece that is no number of such answers holds something else
+        while len(data) < count * size and not len(data) % size and self.remaining_ms() > 0:
+            data += self.readPort(READ_CHUNK)
+        return data
 
     def setBaudRate(self, baudrate: int) -> bool:  # noqa: N802
         """Take another baud rate; nothing else than the time of a byte changes."""

@@ -4,11 +4,15 @@ Each request says per servo what came back; none of them raises for a servo that
 """
 
 from collections.abc import Sequence
+from functools import cache
+from itertools import chain
+from struct import Struct
 
 from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS
 
-from drivers.dynamixel.frames import BROADCAST_ID, Instruction, build_instruction
-from drivers.dynamixel.packets import STATUS_BYTES, PacketHandler, ServoAnswer
+from drivers.dynamixel.frames import BROADCAST_ID, STATUS_BYTES, Instruction, build_instruction
+from drivers.dynamixel.packets import PacketHandler, ServoAnswer
+from drivers.dynamixel.registers import Register
 
 IDENTITY_BYTES = 3  # what a ping is answered with: model number and firmware version
 # What a servo takes to begin its answer, on top of its return delay setting [ms].
@@ -84,6 +88,21 @@ class ServoRequests(PacketHandler):
         frame = build_instruction(BROADCAST_ID, Instruction.SYNC_WRITE, parameters)
         return self.send(frame)
 
+    def sync_write_numbers(
+        self, register: Register, ids: Sequence[int], numbers: Sequence[int]
+    ) -> int:
+        """Write a register of four bytes of several servos; as ``sync_write``.
+
+        Args:
+            register: The register.
+            ids: Servo ids, each once.
+            numbers: What to write.
+        """
+        layout = _id_and_number(len(ids))
+        pairs = layout.pack(*chain.from_iterable(zip(ids, numbers, strict=True)))
+        parameters = _span(register.address, register.size) + pairs
+        return self.send(build_instruction(BROADCAST_ID, Instruction.SYNC_WRITE, parameters))
+
     def sync_read(
         self,
         ids: Sequence[int],
@@ -116,6 +135,11 @@ class ServoRequests(PacketHandler):
             return [ServoAnswer(None, 0, code)] * len(ids)
         port.setPacketTimeout(len(frame) + (STATUS_BYTES + length) * len(ids))
         port.packet_timeout += (return_delay_ms + PROCESSING_MS) * len(ids)
+        everyone = self.all_in_order(bytes(ids), length)
+        if everyone is not None:
+            self.suspect_late = False
+            self.counters.note_round_trip(port.clock.now_ns() - began_ns)
+            return everyone
         damaged_before = self.counters.crc_errors
         answers = self._collect(ids, length)
         silent = len(ids) - len(answers)
@@ -149,6 +173,11 @@ class ServoRequests(PacketHandler):
                 self.counters.late_replies += 1
             answers[frame.servo_id] = answer
         return answers
+
+
+@cache
+def _id_and_number(count: int) -> Struct:
+    return Struct("<" + count * "Bi")
 
 
 def _word(value: int) -> bytes:

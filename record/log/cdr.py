@@ -45,7 +45,7 @@ _PACKINGS = _Packings()
 
 
 @lru_cache(maxsize=256)
-def _text(value: str) -> bytes:
+def text_bytes(value: str) -> bytes:
     """A string: length with its closing zero, then the bytes. Most texts of a tick were in the last one."""
     data = value.encode("utf-8") + b"\0"
     return _U32.pack(len(data)) + data
@@ -88,7 +88,7 @@ class CdrWriter:
     def texts(self, *values: str) -> None:
         """Write strings."""
         for value in values:
-            self.raw(_text(value), 4)
+            self.raw(text_bytes(value), 4)
 
     def arrays(self, kind: np.dtype[Any], *arrays: NDArray[Any]) -> None:
         """Write fixed arrays of ``FLOATS``, ``INTS`` or ``BOOLS``, any shape, row by row."""

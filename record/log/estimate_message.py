@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Estimate, Health
 from record.log.cdr import BOOLS, FLOATS, INTS, CdrReader, CdrWriter
+from record.log.fields import KINDS, writer_of
+from record.message_form import MessagePart
 
 # planar: x, y, yaw; vx, vy, yaw rate; bias of the same; roll, pitch, height; NIS, log likelihood, age of
 # forces
@@ -31,9 +33,51 @@ HEALTHS = (Health.OK, Health.DEGRADED, Health.LOST)  # codes 0, 1, 2
 # a covariance is symmetric to the last bit: six of its nine numbers are kept
 _ROWS, _COLUMNS = np.tril_indices(3)
 _LOWER = 3 * _ROWS + _COLUMNS
-_NUMBERS = "?qq" + (15 + 6 + 6) * "d"  # from ``holding`` to ``twist_covariance``
 NOT_KEPT = readonly(np.empty((0, 3)))  # of the estimate: what a log does not hold
 NO_NUMBERS, NO_COUNTS = readonly(np.empty(0)), readonly(np.empty(0, dtype=np.int64))
+
+
+def _lower(covariance: FloatArray) -> tuple[float, ...]:
+    """Lower half of one covariance, row by row."""
+    (a, _, _), (b, c, _), (d, e, f) = covariance.tolist()
+    return a, b, c, d, e, f
+
+
+SCOPE = {"healths": HEALTHS, "lower_of": _lower, "lower": _LOWER, **KINDS}
+_RECORD, _TEXT, _SEQUENCE, _FLAGS = (
+    ("record", ""), ("texts", ""), ("sequences", "FLOATS"), ("sequences", "BOOLS"),
+)  # fmt: skip
+BEFORE_SOURCES = (
+    MessagePart(_RECORD, "qB", "value.t_ns, healths.index(value.health)"),
+    MessagePart(_TEXT, "", "value.reason"),
+    MessagePart(_RECORD, "?qq", "value.holding, value.nis_dof, value.rejects"),
+    MessagePart(_RECORD, "ddd", "*value.position_m.tolist(), value.yaw_rad"),
+    MessagePart(_RECORD, "dddddd", "*value.velocity_B.tolist(), *value.bias_B.tolist()"),
+    MessagePart(_RECORD, "ddd", "*value.tilt_rad.tolist(), value.height_m"),
+    MessagePart(_RECORD, "ddd", "value.nis, value.log_likelihood, value.force_age_s"),
+    MessagePart(_RECORD, "dddddd", "*lower_of(value.pose_covariance)"),
+    MessagePart(_RECORD, "dddddd", "*lower_of(value.twist_covariance)"),
+    MessagePart(_SEQUENCE, "", "value.mu"),
+    MessagePart(_SEQUENCE, "", "value.mu_sd"),
+    MessagePart(_SEQUENCE, "", "value.stiffness"),
+    MessagePart(_SEQUENCE, "", "value.stiffness_sd"),
+    MessagePart(_SEQUENCE, "", "value.force_B"),
+    MessagePart(_SEQUENCE, "", "value.force_covariance.reshape(-1, 9).take(lower, axis=1)"),
+    MessagePart(_SEQUENCE, "", "value.load_share"),
+    MessagePart(_SEQUENCE, "", "value.load_share_sd"),
+    MessagePart(_SEQUENCE, "", "value.innovation"),
+    MessagePart(_FLAGS, "", "value.contact"),
+    MessagePart(_FLAGS, "", "value.slipping"),
+)
+SOURCES = (
+    MessagePart(_RECORD, "dd", "value.gyro_bias_rad_s, value.gyro_bias_sd"),
+    MessagePart(_TEXT, "", "value.remark"),
+    MessagePart(_SEQUENCE, "", "value.source_nis"),
+    MessagePart(("sequences", "INTS"), "", "value.source_dof"),
+    MessagePart(_SEQUENCE, "", "value.noise_scale"),
+)
+_write_before_sources = writer_of(BEFORE_SOURCES, dict(SCOPE))
+_write_sources = writer_of(SOURCES, dict(SCOPE))
 
 
 def write_estimate(w: CdrWriter, estimate: Estimate | None, *, with_sources: bool = True) -> None:
@@ -41,27 +85,9 @@ def write_estimate(w: CdrWriter, estimate: Estimate | None, *, with_sources: boo
     w.count(estimate is not None)
     if estimate is None:
         return
-    e = estimate
-    w.record("qB", e.t_ns, HEALTHS.index(e.health))
-    w.texts(e.reason)
-    w.record(
-        _NUMBERS, e.holding, e.nis_dof, e.rejects,
-        *e.position_m.tolist(), e.yaw_rad, *e.velocity_B.tolist(), *e.bias_B.tolist(),
-        *e.tilt_rad.tolist(), e.height_m, e.nis, e.log_likelihood, e.force_age_s,
-        *_lower(e.pose_covariance), *_lower(e.twist_covariance),
-    )  # fmt: skip
-    w.sequences(
-        FLOATS, e.mu, e.mu_sd, e.stiffness, e.stiffness_sd, e.force_B,
-        e.force_covariance.reshape(-1, 9).take(_LOWER, axis=1), e.load_share, e.load_share_sd,
-        e.innovation,
-    )  # fmt: skip
-    w.sequences(BOOLS, e.contact, e.slipping)
+    _write_before_sources(w, estimate)
     if with_sources:
-        w.record("dd", e.gyro_bias_rad_s, e.gyro_bias_sd)
-        w.texts(e.remark)
-        w.sequences(FLOATS, e.source_nis)
-        w.sequences(INTS, e.source_dof)
-        w.sequences(FLOATS, e.noise_scale)
+        _write_sources(w, estimate)
 
 
 def one_behind_the_other(values: Sequence[Any]) -> NDArray[Any]:
@@ -119,12 +145,6 @@ def estimate_columns(
     yield "remark", [one.remark for one in estimates]
     for name in ("source_nis", "source_dof", "noise_scale"):
         yield name, together(name)
-
-
-def _lower(covariance: FloatArray) -> tuple[float, ...]:
-    """Lower half of one covariance, row by row."""
-    (a, _, _), (b, c, _), (d, e, f) = covariance.tolist()
-    return a, b, c, d, e, f
 
 
 def read_estimate(r: CdrReader, *, with_sources: bool = True) -> Estimate | None:

@@ -7,19 +7,19 @@ from itertools import groupby
 from typing import Any, Generic, NamedTuple, TypeVar, get_type_hints
 
 from record.log.cdr import BOOLS, FLOATS, INTS, CdrReader, CdrWriter
+from record.message_form import MessagePart
 
 T = TypeVar("T")
+KINDS = {"BOOLS": BOOLS, "FLOATS": FLOATS, "INTS": INTS}
 _LETTERS = {"bool": "?", "uint8": "B", "int64": "q", "float64": "d"}
 _ARRAYS = {"bool": "BOOLS", "int64": "INTS", "float64": "FLOATS"}
 _BYTES = {"bool": 1, "uint8": 1, "int64": 8, "float64": 8}
 
 
 class _Field(NamedTuple):
-    """One field of a message; neighbours with equal ``put`` or ``take`` go in one call."""
+    """One field of a message; neighbours with equal ``take`` are read in one call."""
 
-    put: tuple[str, str]  # method of CdrWriter, kind of numbers in an array
-    letters: str  # ``struct``'s, for CdrWriter.record
-    sent: str  # the value to write
+    part: MessagePart
     take: tuple[str, str]  # method of CdrReader, kind of numbers in an array
     size: str  # what CdrReader has to know of the field
     name: str
@@ -42,6 +42,7 @@ class Fields(Generic[T]):
     Attributes:
         text: These lines in the message's definition.
         pairs: Name of each field in the dataclass, and in the message.
+        parts: What is written of a value.
         write: Writes a value.
         read: Reads a value; raises ValueError where the message is damaged.
         skip: Steps over a value; raises ValueError where the message ends too early.
@@ -62,10 +63,12 @@ class Fields(Generic[T]):
             _field(field.name, types[field.name], *line.split())
             for field, line in zip(fields(make), lines, strict=True)  # type: ignore[arg-type]
         ]
-        scope: dict[str, Any] = {"make": make, "BOOLS": BOOLS, "FLOATS": FLOATS, "INTS": INTS}
+        scope: dict[str, Any] = {"make": make, **KINDS}
         scope |= {kind.__name__: kind for kind in types.values() if isinstance(kind, EnumMeta)}
-        exec(_source(columns), scope)
-        self.write, self.read, self.skip = scope["write"], scope["read"], scope["skip"]
+        self.parts = tuple(column.part for column in columns)
+        exec("\n".join(_reading(columns)), scope)
+        self.write = writer_of(self.parts, scope)
+        self.read, self.skip = scope["read"], scope["skip"]
 
     def write_all(self, w: CdrWriter, values: Sequence[T]) -> None:
         """Write a sequence of values."""
@@ -89,24 +92,36 @@ def _field(name: str, kind: Any, ros_type: str, _: str, width: str = "") -> _Fie
         made = f"{name}.reshape(-1, {width})"
     if not bracket:
         call = ("texts", "") if element == "string" else ("record", "")
-        return _Field(call, letter, sent, call, letter, name, made, item_bytes, 1)
+        return _Field(MessagePart(call, letter, sent), call, letter, name, made, item_bytes, 1)
     call = ("arrays" if size else "sequences", _ARRAYS[element])
     if element == "float64" and 0 < items < 5:  # packed with the numbers beside it
-        return _Field(
-            ("record", ""), letter * items, f"*{sent}.tolist()", call, size, name, made,
-            item_bytes, items,
-        )  # fmt: skip
-    return _Field(call, "", sent, call, size, name, made, item_bytes, items)
+        part = MessagePart(("record", ""), letter * items, f"*{sent}.tolist()")
+        return _Field(part, call, size, name, made, item_bytes, items)
+    return _Field(MessagePart(call, "", sent), call, size, name, made, item_bytes, items)
 
 
-def _source(columns: list[_Field]) -> str:
-    """Return the source of ``write(w, value)``, ``read(r)`` and ``skip(r)``."""
+def writer_of(
+    parts: Sequence[MessagePart], scope: dict[str, Any]
+) -> Callable[[CdrWriter, Any], None]:
+    """Return ``write(w, value)``.
+
+    Args:
+        parts: What to write.
+        scope: What their expressions need, and the kinds of numbers.
+    """
     lines = ["def write(w, value):"]
-    for (method, kind), run in groupby(columns, key=lambda field: field.put):
-        _, letters, sent, *_ = zip(*run, strict=True)
+    for (method, kind), run in groupby(parts, key=lambda part: part.put):
+        _, letters, sent = zip(*run, strict=True)
         first = {"record": repr("".join(letters)), "texts": ""}.get(method, kind)
         lines.append(f" w.{method}({', '.join(filter(None, (first, *sent)))})")
-    lines.append("def read(r):")
+    exec("\n".join(lines), scope)
+    write: Callable[[CdrWriter, Any], None] = scope["write"]
+    return write
+
+
+def _reading(columns: list[_Field]) -> list[str]:
+    """Return the source of ``read(r)`` and ``skip(r)``."""
+    lines = ["def read(r):"]
     for (method, kind), run in groupby(columns, key=lambda field: field.take):
         *_, sizes, names, _, _, _ = zip(*run, strict=True)
         how = {
@@ -131,4 +146,4 @@ def _source(columns: list[_Field]) -> str:
             lines.append(f" r.skip({item_bytes * sum(items)}, {item_bytes})")
         else:
             lines.append(f" r.skip_sequences({item_bytes}, {len(items)})")
-    return "\n".join(lines)
+    return lines

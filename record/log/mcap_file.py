@@ -36,6 +36,7 @@ COMPRESSION, LEVEL = "zstd", 3  # the library's level
 # Opcode and length of a record; of a message with its channel, number and two times; of an index with its
 # channel and length.
 _RECORD, _MESSAGE, _INDEX = struct.Struct("<BQ"), struct.Struct("<BQHIQQ"), struct.Struct("<BQHI")
+_RECORD_BYTES = _RECORD.size
 _MESSAGE_OPCODE, _INDEX_OPCODE = int(Opcode.MESSAGE), int(Opcode.MESSAGE_INDEX)
 
 
@@ -124,14 +125,21 @@ class McapFile:
             publish_ns: When they were sent, None for the same time [ns].
         """
         sent_ns = log_ns if publish_ns is None else publish_ns
+        pack, place = _MESSAGE.pack, self._size
         for channel, data in messages:
             size = 22 + len(data)
-            head = _MESSAGE.pack(_MESSAGE_OPCODE, size, channel, sequence, log_ns, sent_ns)
-            self._index.setdefault(channel, []).extend((log_ns, self._size))
-            self._open += (head, data)
-            self._size += _RECORD.size + size
-            if self._size > CHUNK_BYTES:
+            self._open += (pack(_MESSAGE_OPCODE, size, channel, sequence, log_ns, sent_ns), data)
+            entries = self._index.get(channel)
+            if entries is None:
+                self._index[channel] = [log_ns, place]
+            else:
+                entries += (log_ns, place)
+            place += _RECORD_BYTES + size
+            if place > CHUNK_BYTES:
+                self._size = place
                 self._end_chunk()
+                place = self._size
+        self._size = place
 
     def add_metadata(self, name: str, data: Mapping[str, str]) -> None:
         """Write texts by name."""

@@ -6,7 +6,7 @@ servos measure current, which is in ``/bigant/tick``.
 """
 
 import struct
-from functools import lru_cache
+from functools import cache, lru_cache
 from math import cos, isfinite, sin
 
 import numpy as np
@@ -24,32 +24,54 @@ NOT_ESTIMATED = 1e6
 NO_MOMENT = bytes(24)
 COVARIANCE_UNKNOWN, NOT_MEASURED = np.zeros(9), np.array([-1.0, *[0.0] * 8])
 NO_COVARIANCE = UNKNOWN_COVARIANCE.tobytes()
+BEHIND_TIME = len(HEADER) + 8  # in a message that begins with its header
+ONE = struct.pack("<I", 1)  # a sequence of one
 _POSE, _TWIST, _COVARIANCE = struct.Struct("<7d"), struct.Struct("<6d"), struct.Struct("<36d")
 OK, WARN, ERROR = 0, 1, 2
 
 
 def _header(w: CdrWriter, unix_ns: int, frame: str) -> None:
-    w.raw(_stamp(unix_ns, frame), 4)
-
-
-@lru_cache(maxsize=8)
-def _stamp(unix_ns: int, frame: str) -> bytes:
-    """std_msgs/msg/Header; all messages of a tick have one of three."""
-    seconds, nanoseconds = divmod(unix_ns, 1_000_000_000)
+    """std_msgs/msg/Header."""
     name = frame.encode("utf-8") + b"\0"
-    return struct.pack("<iII", seconds, nanoseconds, len(name)) + name
+    w.raw(_time(unix_ns) + struct.pack("<I", len(name)) + name, 4)
+
+
+@lru_cache(maxsize=4)
+def _time(unix_ns: int) -> bytes:
+    """builtin_interfaces/msg/Time; all messages of a tick have the same."""
+    return struct.pack("<iI", *divmod(unix_ns, 1_000_000_000))
+
+
+def _as_bytes(numbers: FloatArray) -> bytes:
+    return numbers.tobytes() if numbers.dtype is FLOATS else numbers.astype(FLOATS).tobytes()
 
 
 def joint_state(
     unix_ns: int, names: tuple[str, ...], angle_rad: FloatArray, rate_rad_s: FloatArray
 ) -> bytes:
     """sensor_msgs/msg/JointState."""
+    angles, rates = _as_bytes(angle_rad), _as_bytes(rate_rad_s)
+    before, between, behind = _around_joints(names, len(angles) >> 3, len(rates) >> 3)
+    return b"".join((HEADER, _time(unix_ns), before, angles, between, rates, behind))
+
+
+@lru_cache(maxsize=8)
+def _around_joints(names: tuple[str, ...], angles: int, rates: int) -> tuple[bytes, bytes, bytes]:
+    """The bytes before, between and behind so many angles and rates; the same in every tick."""
     w = CdrWriter()
-    _header(w, unix_ns, BODY_FRAME)
+    _header(w, 0, BODY_FRAME)
     w.raw(_names(names), 4)
-    w.sequences(FLOATS, angle_rad, rate_rad_s)
+    w.count(angles)
+    w.raw(b"", 8 if angles else 4)
+    before = w.done()
+    w.raw(bytes(8 * angles), 4)
+    w.count(rates)
+    w.raw(b"", 8 if rates else 4)
+    between = w.done()[len(before) + 8 * angles :]
+    w.raw(bytes(8 * rates), 4)
     w.count(0)
-    return w.done()
+    behind = w.done()[len(before) + 8 * angles + len(between) + 8 * rates :]
+    return before[BEHIND_TIME:], between, behind
 
 
 @lru_cache(maxsize=8)
@@ -61,12 +83,21 @@ def _names(names: tuple[str, ...]) -> bytes:
     return w.done()[len(HEADER) :]
 
 
+@cache
+def _between(frame: str, child: str | None = None) -> bytes:
+    """The bytes between a message's time and its numbers: the rest of its header, a child frame."""
+    w = CdrWriter()
+    _header(w, 0, frame)
+    if child is not None:
+        w.texts(child)
+    w.raw(b"", 8)
+    return w.done()[BEHIND_TIME:]
+
+
 def wrenches(unix_ns: int, force_n: FloatArray) -> list[bytes]:
     """geometry_msgs/msg/WrenchStamped of each foot: a force there, (N, 3), and no moment."""
-    w = CdrWriter()
-    _header(w, unix_ns, BODY_FRAME)
-    w.raw(b"", 8)
-    head, forces = w.done(), np.ascontiguousarray(force_n, FLOATS).tobytes()
+    head = HEADER + _time(unix_ns) + _between(BODY_FRAME)
+    forces = np.ascontiguousarray(force_n, FLOATS).tobytes()
     size = len(NO_MOMENT)
     return [head + forces[at : at + size] + NO_MOMENT for at in range(0, len(forces), size)]
 
@@ -105,28 +136,29 @@ def planar_pose(unix_ns: int, pose: Estimate | DeadReckoning) -> tuple[bytes, by
     of_pose = of_twist = NO_COVARIANCE
     if isinstance(pose, Estimate):
         of_pose, of_twist = _covariance(pose.pose_covariance), _covariance(pose.twist_covariance)
-    odometry = CdrWriter()
-    _header(odometry, unix_ns, ODOM_FRAME)
-    odometry.texts(BODY_FRAME)
-    odometry.raw(place + of_pose + _TWIST.pack(vx, vy, 0.0, 0.0, 0.0, yaw_rate) + of_twist, 8)
-    transform = CdrWriter()
-    transform.count(1)
-    _header(transform, unix_ns, ODOM_FRAME)
-    transform.texts(BODY_FRAME)
-    transform.raw(place, 8)
-    return odometry.done(), transform.done()
+    turn = _TWIST.pack(vx, vy, 0.0, 0.0, 0.0, yaw_rate)
+    time, between = _time(unix_ns), _between(ODOM_FRAME, BODY_FRAME)
+    odometry = b"".join((HEADER, time, between, place, of_pose, turn, of_twist))
+    return odometry, b"".join((HEADER, ONE, time, _behind_one(), place))
+
+
+@cache
+def _behind_one() -> bytes:
+    """The bytes between the time and the numbers of the one transform of tf2_msgs/msg/TFMessage."""
+    w = CdrWriter()
+    w.raw(ONE, 4)
+    _header(w, 0, ODOM_FRAME)
+    w.texts(BODY_FRAME)
+    w.raw(b"", 8)
+    return w.done()[BEHIND_TIME + len(ONE) :]
 
 
 def truth_odometry(unix_ns: int, truth: BodyTruth) -> bytes:
     """nav_msgs/msg/Odometry of the ground truth."""
-    w = CdrWriter()
-    _header(w, unix_ns, MAP_FRAME)
-    w.texts(BODY_FRAME)
-    w.arrays(
-        FLOATS, truth.position_W, truth.quaternion_xyzw, UNKNOWN_COVARIANCE,
-        truth.velocity_B, truth.angular_velocity_B, UNKNOWN_COVARIANCE,
-    )  # fmt: skip
-    return w.done()
+    place, turn = _as_bytes(truth.position_W), _as_bytes(truth.quaternion_xyzw)
+    twist = _as_bytes(truth.velocity_B), _as_bytes(truth.angular_velocity_B)
+    head = HEADER, _time(unix_ns), _between(MAP_FRAME, BODY_FRAME)
+    return b"".join((*head, place, turn, NO_COVARIANCE, *twist, NO_COVARIANCE))
 
 
 def imu(unix_ns: int, reading: ImuRecord) -> bytes:

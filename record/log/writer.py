@@ -25,7 +25,7 @@ from record.log.state_message import (
     LoggedState,
     encode_state,
 )
-from record.log.tick_message import encode_tick
+from record.log.tick_message import TickEncoder
 from record.log.wire_message import (
     WIRE_DEFINITION,
     WIRE_TOPICS,
@@ -92,6 +92,7 @@ class LogWriter:
         self._names = names
         self._offset_ns = start_unix_ns - start_ns
         self._error: RecordError | None = None
+        self._encoder = TickEncoder()
         self._sequence = 0
         self._wires = 0
         self._next_flush_ns = start_ns + FLUSH_PERIOD_NS
@@ -164,7 +165,7 @@ class LogWriter:
         state = messages.joint_state(unix_ns, self._joints, joints.angle_rad, joints.rate_rad_s)
         wanted = messages.joint_state(unix_ns, self._joints, sent.angle_rad, sent.rate_rad_s)
         published = [
-            (TICK_TOPIC, encode_tick(tick)), ("/joint_states", state), ("/joint_commands", wanted),
+            (TICK_TOPIC, self._encoder.encode(tick)), ("/joint_states", state), ("/joint_commands", wanted),
         ]  # fmt: skip
         measured = messages.wrenches(unix_ns, tick.forces.force_n)
         predicted = messages.wrenches(unix_ns, predicted_force)

@@ -10,9 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from drivers.ati import foot_forces
 from drivers.ati.calibration import Calibration
 from drivers.ati.foot_forces import ForceScales, no_forces
 from drivers.dynamixel.joints import joint_state
+from gaits import buehler
 from gaits.catalog import make_gaits
 from gaits.gait import Gait
 from gaits.plan import Walking
@@ -108,6 +110,8 @@ class Controller:
             self._estimator = estimator_stage(config, self._kinematics)
         prepare()
         differentiate.prepare()
+        buehler.prepare()
+        foot_forces.prepare()
         self._kinematics.prepare()
 
     def initial(self) -> ControllerState:

@@ -216,15 +216,17 @@ def _all_well(
     Six numbers are checked sooner as a list; where one is NaN the answer is no, but for a current that its
     servo does not measure: it is not judged.
     """
-    lags = joints.angle_rad - sent.angle_rad if sent.torque else np.zeros(1)
+    lags = (joints.angle_rad - sent.angle_rad if sent.torque else np.zeros(1)).tolist()
+    hot_c, volts = joints.temperature_c.tolist(), joints.voltage_v.tolist()
     return (
         all(readings.valid.tolist())
         and max(readings.error_byte.tolist()) < ALERT_BIT
         and max(readings.hardware_error.tolist()) <= 0
-        and all(t <= limits.max_temperature_c for t in joints.temperature_c.tolist())
+        and isfinite(sum(hot_c) + sum(volts) + sum(lags))
+        and max(hot_c) <= limits.max_temperature_c
         and not any(abs(a) > limits.max_current_a for a in joints.current_a.tolist())
-        and all(v >= limits.min_voltage_v for v in joints.voltage_v.tolist())
-        and all(abs(lag) <= limits.max_following_error_rad for lag in lags.tolist())
+        and min(volts) >= limits.min_voltage_v
+        and max(map(abs, lags)) <= limits.max_following_error_rad
     )
 
 

@@ -101,7 +101,7 @@ _BY_FAULT = {fault: reason for reason, stop in STOPS.items() for fault in stop.a
 
 def gravest(*reasons: StopReason) -> StopReason:
     """Return the gravest of some reasons, a cut before a halt before a settle; of equals the first."""
-    if all(reason is StopReason.NONE for reason in reasons):
+    if reasons.count(StopReason.NONE) == len(reasons):
         return StopReason.NONE
     return max(reasons, key=lambda reason: STOPS[reason].kind)
 

@@ -23,6 +23,7 @@ from sim_hw.host.virtual_robot import VirtualRobot
 
 # The pattern of reads repeats: every tenth asks one servo for its errors as well.
 PATTERN = 10
+CURRENT = 2  # row of the readings of the motors
 # A sync read without its ids, in bytes.
 SYNC_READ_BYTES = 14
 
@@ -45,8 +46,11 @@ class DirectRobot:
         self.world = robot.world
         self._rig, self._robot = rig, robot
         self._bus = config.servo_bus
-        self._measured = self._bus.measures_current
-        self._current_unit_a = np.where(self._measured, self._bus.current_unit_a, 1.0)
+        self._unmeasured = np.flatnonzero(~self._bus.measures_current)
+        current_unit_a = np.where(self._bus.measures_current, self._bus.current_unit_a, 1.0)
+        one = np.ones(len(current_unit_a))
+        units = one, VELOCITY_UNIT_RAD_S * one, current_unit_a, VOLTAGE_UNIT_V * one, one
+        self._units = np.array(units)  # in the order of the readings of the motors
         wire_s = (SYNC_READ_BYTES + len(self._bus.ids)) * BITS_PER_BYTE / self._bus.baud_rate
         self._ask_ns = round(wire_s * 1e9)
         self._reads: list[int] = []
@@ -103,15 +107,9 @@ class DirectRobot:
         return Reading(readings, forces, faults=faults, imu=imu)
 
     def _counts(self) -> tuple[IntArray, ...]:
-        motors = self.world.motors()
-        values = (
-            motors.ticks,
-            motors.rate_rad_s / VELOCITY_UNIT_RAD_S,
-            np.where(self._measured, motors.current_a / self._current_unit_a, 0.0),
-            motors.supply_v / VOLTAGE_UNIT_V,
-            motors.temperature_c,
-        )
-        return tuple(np.rint(value).astype(np.int64) for value in values)
+        counts = np.rint(np.array(self.world.motors()) / self._units)
+        counts[CURRENT, self._unmeasured] = 0.0
+        return tuple(counts.astype(np.int64))
 
     def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
         """Send what the safety gate let through."""

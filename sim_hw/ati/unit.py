@@ -23,9 +23,11 @@ from drivers.ati.packets import (
     flags,
     parse_command,
 )
-from model.values.arrays import FloatArray, IntArray, readonly
+from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.readings import ForceRecord
 from sim_hw.assumed import WNET_ASSUMED, WnetAssumed
+from sim_hw.ati import record_kernel
+from sim_hw.ati.record_kernel import sensed_counts
 from sim_hw.interfaces import ConsoleEnd, WrenchSource
 
 DEFAULT_RATE_HZ = 125
@@ -117,6 +119,7 @@ class VirtualWnet:
         unix_offset_ns: int = 1_700_000_000_000_000_000,
         assumed: WnetAssumed = WNET_ASSUMED,
     ) -> None:
+        record_kernel.prepare()
         self.assumed = assumed
         self.sampling_ratio = 1.0
         self.host_port = 0
@@ -214,40 +217,47 @@ class VirtualWnet:
     def _record(self, t_ns: int) -> ForceRecord:
         wrench = self._source.wrench(t_ns)
         counts = np.zeros((TRANSDUCERS, AXES), dtype=np.int64)
-        noise = self._random.standard_normal((TRANSDUCERS, AXES)) * self._noise
-        sensed = wrench.take(self._used, axis=0) + noise.take(self._slots, axis=0)
-        beyond = np.abs(sensed) > RATING
-        over: list[int] = []  # slots of transducers that are saturated
-        if beyond.any():
-            over = self._slots[beyond.any(axis=1)].tolist()
-        bounds = bool(over)
-        for row, slot in enumerate(self._slot_list):
-            if self.state[slot].filter != USUAL_FILTER:
-                bounds = True  # what it remembers may have been beyond them
-                sensed[row] = self._filtered(self.state[slot], sensed[row])
-        if bounds:
-            sensed = np.minimum(np.maximum(sensed, -RATING), RATING)
-        counts[self._slots] = np.rint(sensed * COUNTS_PER_UNIT)
+        chance = self._random.standard_normal((TRANSDUCERS, AXES))
+        within = sensed_counts(
+            wrench, chance, self._noise, RATING, self._used, self._slots, COUNTS_PER_UNIT, counts
+        )
+        usual = within and all(self.state[slot].filter == USUAL_FILTER for slot in self._slot_list)
+        # slots of transducers that are saturated
+        over = () if usual else self._bounded_counts(wrench, chance * self._noise, counts)
         for slot in self._slot_list:
             bias = self.state[slot].bias
             if bias is not None:
                 counts[slot] -= bias
-        powered = [state.powered for state in self.state]
-        saturated = [slot in over for slot in range(TRANSDUCERS)]
         self._sequence = (self._sequence + 1) % U32
+        powered = tuple([state.powered for state in self.state])
+        status, mask, present, saturated = _condition(powered, over, self.assumed.extra_status)
         record = ForceRecord(
             t_ns=t_ns,
             device_ticks=device_ticks(t_ns + self._unix_offset_ns),
             sequence=self._sequence,
-            status=_status_words(tuple(powered), tuple(saturated), self.assumed.extra_status),
+            status=status,
             battery=self.assumed.battery,
-            mask=sum(1 << i for i, on in enumerate(powered) if on),
+            mask=mask,
             counts=counts,
-            present=flags(tuple(powered)),
-            saturated=flags(tuple(saturated)),
+            present=present,
+            saturated=saturated,
         )
         self._recent_counts.append(counts)
         return record
+
+    def _bounded_counts(
+        self, wrench: FloatArray, noise: FloatArray, counts: IntArray
+    ) -> tuple[int, ...]:
+        """Write counts that were filtered otherwise or are bounded; return the slots beyond a bound."""
+        sensed = wrench.take(self._used, axis=0) + noise.take(self._slots, axis=0)
+        beyond = np.abs(sensed) > RATING
+        for row, slot in enumerate(self._slot_list):
+            if self.state[slot].filter != USUAL_FILTER:
+                sensed[row] = self._filtered(self.state[slot], sensed[row])
+        # what a filter remembers may be beyond them
+        sensed = np.minimum(np.maximum(sensed, -RATING), RATING)
+        counts[self._slots] = np.rint(sensed * COUNTS_PER_UNIT)
+        return tuple(self._slots[beyond.any(axis=1)].tolist())
 
     def _filtered(self, state: TransducerState, sensed: FloatArray) -> FloatArray:
         """What the transducer's filter makes of a sample: a first-order lag of the filter's mean delay."""
@@ -272,16 +282,29 @@ class VirtualWnet:
 
 
 @lru_cache(maxsize=16)
-def _status_words(present: tuple[bool, ...], saturated: tuple[bool, ...], extra: int) -> IntArray:
-    """The two status words, (2,); the same in nearly every record."""
+def _condition(
+    powered: tuple[bool, ...], over: tuple[int, ...], extra: int
+) -> tuple[IntArray, int, BoolArray, BoolArray]:
+    """Return what a record says of its transducers; the same in nearly every record.
+
+    Args:
+        powered: Of each slot.
+        over: Slots of those that are saturated.
+        extra: Further bits of the first status word.
+
+    Returns:
+        The two status words, (2,); the mask; who is present and who is saturated, (6,) each.
+    """
+    saturated = tuple(slot in over for slot in range(TRANSDUCERS))
     words = []
     for half in (0, 3):
         word = 0
         for i in range(3):
-            if present[half + i]:
+            if powered[half + i]:
                 word |= AFE[i] | LED_GREEN << 2 * i
             if saturated[half + i]:
                 word |= 1 << 24 + i
         words.append(word | (0xA80 | extra if half == 0 else 0))
     status: IntArray = readonly(np.array(words))
-    return status
+    mask = sum(1 << i for i, on in enumerate(powered) if on)
+    return status, mask, flags(powered), flags(saturated)

@@ -8,8 +8,8 @@ is in ``sim_hw.assumed``, or marked where it is decided. That the answer to a wr
 old id is assumed.
 """
 
-from collections import defaultdict, deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections import deque
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import NamedTuple, Protocol
 
@@ -28,11 +28,16 @@ from drivers.dynamixel.frames import (
     build_status,
 )
 from drivers.dynamixel.servo_model import ServoModel
-from drivers.dynamixel.units import BAUD_CODES, RETURN_DELAY_UNIT_S
+from drivers.dynamixel.units import BAUD_CODES
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
+from sim_hw.clock import VirtualClock
+from sim_hw.dynamixel import measured_kernel
 from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.dynamixel.listeners import Listeners
+from sim_hw.dynamixel.request_parts import number_of, reads_of, writes_of
 from sim_hw.dynamixel.servo import VirtualServo
-from sim_hw.interfaces import MotorWorld
+from sim_hw.dynamixel.servo_watch import ServoWatch
+from sim_hw.interfaces import MotorReadings, MotorWorld
 
 BITS_PER_BYTE = 10
 # A longer pause inside a packet makes the servo drop it (e-manual, "Protocol 2.0").
@@ -74,9 +79,9 @@ class BusNeighbours(Protocol):
         ...
 
 
-# A servo, the error and the data of its answer; servos by id.
+ASK_ALL = frozenset({int(Instruction.SYNC_READ), int(Instruction.BULK_READ)})
+# A servo, the error and the data of its answer.
 ServoReply = tuple[VirtualServo, int, bytes]
-ById = Mapping[int, tuple[VirtualServo, ...]]
 
 
 class VirtualServoBus:
@@ -104,7 +109,9 @@ class VirtualServoBus:
         assumed: ServoAssumed = SERVO_ASSUMED,
         models: Sequence[ServoModel] = (),
     ) -> None:
+        measured_kernel.prepare()
         self._world = world
+        self._firmware = firmware
         self._assumed = assumed
         self._work_ns = round(assumed.processing_s * 1e9)
         code = BAUD_CODES[baud_rate]
@@ -122,12 +129,14 @@ class VirtualServoBus:
                 zip(ids, models or [MX_106] * len(ids), strict=True)
             )
         )
+        self._watch = ServoWatch(self.servos)
         self._parser = FrameParser()
         self._replies: deque[Reply] = deque()
         self._last_byte_ns = 0
         self._wire_free_ns = 0
         self._next_check_ns = 0
         self._silent: dict[int, bool] = {}
+        self._listeners: Listeners | None = None
         self._neighbours: list[BusNeighbours] = []
         self.collisions = 0
 
@@ -145,6 +154,7 @@ class VirtualServoBus:
             on: False ends it.
             chain_breaks: Servos behind it in a sync read wait for it and stay silent as well.
         """
+        self._listeners = None
         if on:
             self._silent[servo_id] = chain_breaks
         else:
@@ -154,12 +164,17 @@ class VirtualServoBus:
 
     def poll(self, t_ns: int) -> None:
         """Let time pass: watchdogs trip and protections act without any traffic."""
+        self._pass_time(t_ns)
+
+    def _pass_time(self, t_ns: int) -> MotorReadings | None:
+        """Let time pass; return the motors as they are then, if they were looked at."""
         self._world.advance_to(t_ns)
-        if t_ns >= self._next_check_ns:
-            self._next_check_ns = t_ns + CHECK_PERIOD_NS
-            motors = self._world.motors()
-            for servo in self.servos:
-                servo.check(t_ns, motors)
+        if t_ns < self._next_check_ns:
+            return None
+        self._next_check_ns = t_ns + CHECK_PERIOD_NS
+        motors = self._world.motors()
+        self._watch.check(t_ns, motors)
+        return motors
 
     def receive(self, data: bytes, t_ns: int, baud_rate: int) -> None:
         """Take bytes from the wire.
@@ -175,7 +190,7 @@ class VirtualServoBus:
 
     def _take(self, data: bytes, t_ns: int, baud_rate: int) -> None:
         """Take bytes of one frame, or of none."""
-        self.poll(t_ns)
+        motors = self._pass_time(t_ns)
         start_ns = t_ns - wire_ns(len(data), baud_rate)
         if start_ns - self._last_byte_ns > LARGEST_BYTE_GAP_NS:
             self._parser.clear()
@@ -186,21 +201,28 @@ class VirtualServoBus:
             for neighbours in self._neighbours:
                 neighbours.lose()
             return
-        code = BAUD_CODES.get(baud_rate)
-        silent = self._silent
-        listening = [
-            s for s in self.servos if s.understands(code, t_ns) and s.servo_id not in silent
-        ]
+        listening = self._listening(t_ns, baud_rate)
         for item in self._parser.feed(data):
             self._wire_free_ns = max(self._wire_free_ns, t_ns)
             if isinstance(item, BadFrame):
                 self._answer_damage(item, listening, baud_rate)
             elif item.error is None:
                 self._hear(item, listening, t_ns)
-                self._obey(item, t_ns, baud_rate, listening)
+                if item.instruction in ASK_ALL:
+                    now = self._world.motors() if motors is None else motors
+                    self._answer_reads(item, t_ns, baud_rate, listening, now)
+                else:
+                    self._obey(item, t_ns, baud_rate, listening)
         for neighbours in self._neighbours:
             for reply in neighbours.hear(data, t_ns, baud_rate):
                 self._put(reply, baud_rate)
+
+    def _listening(self, t_ns: int, baud_rate: int) -> Listeners:
+        """Return the servos that understand what is on the wire."""
+        code, known = BAUD_CODES.get(baud_rate), self._listeners
+        if known is None or not known.hold(code):
+            known = self._listeners = Listeners(self.servos, code, t_ns, self._silent)
+        return known
 
     def _put(self, reply: Reply, baud_rate: int) -> None:
         """Put a reply on the wire, in its place by time; those that overlap destroy each other."""
@@ -222,18 +244,17 @@ class VirtualServoBus:
                 hit = True
         return hit
 
-    def _hear(self, frame: Frame, listening: list[VirtualServo], t_ns: int) -> None:
+    def _hear(self, frame: Frame, listening: Listeners, t_ns: int) -> None:
         """Let the watchdogs know of an instruction packet."""
         every = self._assumed.watchdog_hears == "all" or frame.servo_id == BROADCAST_ID
-        for servo in listening:
-            if every or servo.servo_id == frame.servo_id:
-                servo.heard_traffic(t_ns)
+        for servo in listening.servos if every else listening.by_id.get(frame.servo_id, ()):
+            servo.heard_ns = t_ns
 
-    def _answer_damage(self, bad: BadFrame, listening: list[VirtualServo], baud_rate: int) -> None:
+    def _answer_damage(self, bad: BadFrame, listening: Listeners, baud_rate: int) -> None:
         if not self._assumed.answers_bad_crc or bad.reason != WRONG_CRC:
             return
         servo_id = bad.raw[4]
-        damaged = [(s, int(StatusError.CRC), b"") for s in listening if s.servo_id == servo_id]
+        damaged = [(s, int(StatusError.CRC), b"") for s in listening.by_id.get(servo_id, ())]
         self._send(servo_id, damaged, baud_rate)
 
     def next_reply_ns(self) -> int | None:
@@ -247,6 +268,34 @@ class VirtualServoBus:
             return b""
         return b"".join([reply.data for reply in self.due(t_ns)])
 
+    def all_replies(
+        self, count: int, size: int, clock: VirtualClock, until_ns: int
+    ) -> bytes | None:
+        """Let time pass until all replies under way are complete; return their bytes.
+
+        Args:
+            count: How many they should be.
+            size: Bytes of each.
+            clock: The virtual clock.
+            until_ns: When they have to be complete.
+
+        Returns:
+            None, and nothing has happened, if they are others.
+        """
+        replies = self._replies
+        if len(replies) != count or not count or replies[-1].t_ns >= until_ns:
+            return None
+        data = b"".join([reply.data for reply in replies])
+        if len(data) != count * size or any(len(reply.data) != size for reply in replies):
+            return None
+        for reply in replies:
+            if reply.t_ns >= self._next_check_ns:
+                self.poll(reply.t_ns)
+        clock.sleep_until_ns(replies[-1].t_ns)
+        self.poll(replies[-1].t_ns)
+        replies.clear()
+        return data
+
     def due(self, t_ns: int) -> list[Reply]:
         """Return all replies complete by a time, each by itself."""
         ready: list[Reply] = []
@@ -259,8 +308,7 @@ class VirtualServoBus:
         sent: list[tuple[int, bytes]] = []  # when it begins, what
         for servo, error, data in answers:
             frame = build_status(servo_id, error | (ALERT if servo.alert else 0), data)
-            delay_ns = round(servo.table.values["return_delay_time"] * RETURN_DELAY_UNIT_S * 1e9)
-            sent.append((self._wire_free_ns + delay_ns + self._work_ns, frame))
+            sent.append((self._wire_free_ns + servo.return_delay_ns + self._work_ns, frame))
         while sent:
             start_ns, frame = sent.pop(0)
             end_ns = start_ns + wire_ns(len(frame), baud_rate)
@@ -273,19 +321,18 @@ class VirtualServoBus:
 
     # What the servos do.
 
-    def _obey(self, frame: Frame, t_ns: int, baud_rate: int, listening: list[VirtualServo]) -> None:
-        by_id: dict[int, tuple[VirtualServo, ...]] = defaultdict(tuple)
-        for servo in listening:
-            by_id[servo.servo_id] += (servo,)
+    def _obey(self, frame: Frame, t_ns: int, baud_rate: int, listening: Listeners) -> None:
+        by_id = listening.by_id
         match frame.instruction:
-            case Instruction.SYNC_READ | Instruction.BULK_READ:
-                self._answer_reads(frame, t_ns, baud_rate, by_id)
             case Instruction.SYNC_WRITE | Instruction.BULK_WRITE:
-                shadows = [servo for servo in listening if servo.shadow_id <= LARGEST_ID]
-                for servo_id, address, data in _writes(frame):
+                if frame.instruction == Instruction.SYNC_WRITE:
+                    goals = listening.goal_write(frame.parameters)
+                    if goals is not None and goals.done(frame.parameters, self._firmware):
+                        return
+                for servo_id, address, data in writes_of(frame):
                     for servo in by_id.get(servo_id, ()):
                         servo.write(address, data, t_ns)
-                    for shadow in _shadows(shadows, servo_id):
+                    for shadow in _shadows(listening, servo_id):
                         shadow.write_as_shadow(address, data, t_ns)
             case Instruction.FAST_SYNC_READ | Instruction.FAST_BULK_READ:
                 return  # MX firmware does not know them; they go to everybody, so it is silent
@@ -294,82 +341,65 @@ class VirtualServoBus:
                     identities = [(servo, 0, servo.identity()) for servo in by_id[servo_id]]
                     self._send(servo_id, identities, baud_rate)
             case _ if frame.servo_id == BROADCAST_ID:
-                for servo in listening:
+                for servo in listening.servos:
                     servo.obey(frame.instruction, frame.parameters, t_ns, broadcast=True)
             case _:
-                self._single(frame, t_ns, baud_rate, by_id, listening)
+                self._single(frame, t_ns, baud_rate, listening)
 
-    def _single(
-        self,
-        frame: Frame,
-        t_ns: int,
-        baud_rate: int,
-        by_id: ById,
-        listening: Sequence[VirtualServo],
-    ) -> None:
+    def _single(self, frame: Frame, t_ns: int, baud_rate: int, listening: Listeners) -> None:
         parameters = frame.parameters
         if frame.instruction == Instruction.WRITE:
             for shadow in _shadows(listening, frame.servo_id):
-                shadow.write_as_shadow(_number(parameters), parameters[2:], t_ns)
+                shadow.write_as_shadow(number_of(parameters), parameters[2:], t_ns)
         answers: list[ServoReply] = []
-        for servo in by_id.get(frame.servo_id, ()):
+        for servo in listening.by_id.get(frame.servo_id, ()):
             speaks = servo.answers(frame.instruction)
             error, data = servo.obey(frame.instruction, parameters, t_ns, broadcast=False)
             if speaks:
                 answers.append((servo, error, data))
         self._send(frame.servo_id, answers, baud_rate)
 
-    def _answer_reads(self, frame: Frame, t_ns: int, baud_rate: int, by_id: ById) -> None:
-        """Answer a sync or bulk read in its order, up to where the chain of answers breaks."""
-        motors = self._world.motors()  # all are asked at once
-        for servo_id, address, length in _reads(frame):
-            if servo_id not in by_id and self._silent.get(servo_id, False):
+    def _answer_reads(
+        self,
+        frame: Frame,
+        t_ns: int,
+        baud_rate: int,
+        listening: Listeners,
+        motors: MotorReadings,
+    ) -> None:
+        """Answer a sync or bulk read in its order, up to where the chain of answers breaks.
+
+        All are asked at once: what they measure is what the motors gave when the request came.
+        """
+        if frame.instruction == Instruction.SYNC_READ:
+            at_once = listening.measured_read(frame.parameters)
+            frames = (
+                None if at_once is None else at_once.answers(self._firmware.servos, motors, t_ns)
+            )
+            if at_once is not None and frames is not None:
+                for servo_id, delay_ns, data in zip(
+                    at_once.ids, at_once.delays_ns, frames, strict=True
+                ):
+                    begin_ns = self._wire_free_ns + delay_ns + self._work_ns
+                    self._wire_free_ns = begin_ns + wire_ns(len(data), baud_rate)
+                    self._put(Reply(self._wire_free_ns, data, servo_id), baud_rate)
+                return
+        for servo_id, address, length in reads_of(frame):
+            if servo_id not in listening.by_id and self._silent.get(servo_id, False):
                 return
             answers: list[ServoReply] = []
-            for servo in by_id.get(servo_id, ()):
+            for servo in listening.by_id.get(servo_id, ()):
                 if servo.table.values["status_return_level"] >= 1:
                     error, data = servo.read(address, length, t_ns, motors)
                     answers.append((servo, error, data))
             self._send(servo_id, answers, baud_rate)
 
 
-def _number(data: bytes) -> int:
-    return int.from_bytes(data[:2], "little")
-
-
-def _reads(frame: Frame) -> Iterator[tuple[int, int, int]]:
-    """Id, address and length of every part of a sync or bulk read."""
-    data = frame.parameters
-    if frame.instruction == Instruction.SYNC_READ:
-        address, length = _number(data), _number(data[2:])
-        for servo_id in data[4:]:
-            yield servo_id, address, length
-    else:
-        for at in range(0, len(data) - 4, 5):
-            yield data[at], _number(data[at + 1 :]), _number(data[at + 3 :])
-
-
-def _writes(frame: Frame) -> Iterator[tuple[int, int, bytes]]:
-    """Id, address and data of every part of a sync or bulk write; what is cut short is left out."""
-    data = frame.parameters
-    if frame.instruction == Instruction.SYNC_WRITE:
-        address, length = _number(data), _number(data[2:])
-        for at in range(4, len(data) - length, length + 1):
-            yield data[at], address, data[at + 1 : at + 1 + length]
-        return
-    at = 0
-    while at + 5 <= len(data):
-        address, length = _number(data[at + 1 :]), _number(data[at + 3 :])
-        if at + 5 + length <= len(data):
-            yield data[at], address, data[at + 5 : at + 5 + length]
-        at += 5 + length
-
-
-def _shadows(listening: Sequence[VirtualServo], servo_id: int) -> list[VirtualServo]:
+def _shadows(listening: Listeners, servo_id: int) -> list[VirtualServo]:
     """Return the servos whose secondary id this is; they listen and never answer."""
     if servo_id > LARGEST_ID:
         return []
-    return [s for s in listening if s.shadow_id == servo_id and s.servo_id != servo_id]
+    return [s for s in listening.shadows if s.shadow_id == servo_id and s.servo_id != servo_id]
 
 
 def split_frames(data: bytes) -> Iterator[tuple[bytes, int]]:

@@ -9,14 +9,21 @@ assumed.
 
 from functools import cache
 from struct import Struct
+from typing import NamedTuple
+
+import numpy as np
 
 from drivers.dynamixel.frames import StatusError
-from drivers.dynamixel.registers import Register
+from drivers.dynamixel.registers import OperatingMode, Register
 from drivers.dynamixel.servo_model import ServoModel
+from model.values.arrays import FloatArray, IntArray, readonly
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 
 # What a servo measures, first and last; ``struct``'s letters of so many bytes.
 FIRST_MEASURED, LAST_MEASURED = "realtime_tick", "present_temperature"
+GOAL = "goal_position"  # it changes in every tick of a loop
+TRIPPED = -1  # of Bus Watchdog
+POSITION = int(OperatingMode.POSITION)
 LETTERS = {1: "B", 2: "H", 4: "I"}
 # Registers that hold a limit of others; exceeding one is Data Limit, not Data Range.
 LIMITED_BY = {
@@ -45,14 +52,38 @@ def _places(
     return cover, pointers, whole
 
 
+class MeasuredRun(NamedTuple):
+    """The registers of what a servo measures: neighbours without a gap.
+
+    Attributes:
+        address: Where they begin.
+        layout: How they lie there.
+        names: Theirs.
+        sizes: Bytes of each, (R,).
+        bounds: Least and largest value of each, (R, 2).
+    """
+
+    address: int
+    layout: Struct
+    names: frozenset[str]
+    sizes: IntArray
+    bounds: FloatArray
+
+
 @cache
-def _measured(model: ServoModel) -> tuple[int, Struct, frozenset[str]]:
-    """Return where what a servo measures begins, how it lies there without a gap, and its names."""
+def measured_run(model: ServoModel) -> MeasuredRun:
+    """Return what a servo measures."""
     registers = model.table.between(FIRST_MEASURED, LAST_MEASURED)
     letters = [LETTERS[one.size].lower() if one.signed else LETTERS[one.size] for one in registers]
     layout = Struct("<" + "".join(letters))
     assert registers[0].address + layout.size == registers[-1].end, "they are neighbours"
-    return registers[0].address, layout, frozenset(one.name for one in registers)
+    least = [-(1 << 8 * one.size - 1) if one.signed else 0 for one in registers]
+    most = [(1 << 8 * one.size - one.signed) - 1 for one in registers]
+    return MeasuredRun(
+        registers[0].address, layout, frozenset(one.name for one in registers),
+        readonly(np.array([one.size for one in registers])),
+        readonly(np.array([least, most], dtype=np.float64).T.copy()),
+    )  # fmt: skip
 
 
 class ControlTable:
@@ -68,6 +99,7 @@ class ControlTable:
     Attributes:
         model: Its model.
         values: By name, as the bytes have them, of all registers but what is measured; only to be read.
+        changes: Rises whenever a register changes that is neither measured nor a goal position.
     """
 
     def __init__(
@@ -84,8 +116,14 @@ class ControlTable:
         self._size = model.table.size
         self._cover, self._pointers, self._whole = _places(model)
         self._memory = bytearray(self._size)
-        self._measured_at, self._layout, self._measured = _measured(model)
+        measured = measured_run(model)
+        self._measured_at, self._layout, self._measured = (
+            measured.address, measured.layout, measured.names,
+        )  # fmt: skip
         self.values: dict[str, int] = {}
+        self.changes = 0
+        goal = self._registers[GOAL]
+        self._goal_at = slice(goal.address, goal.end)
         self._plain_to = min(self._pointers, default=self._size)  # no indirect data before it
         for register in model.table:
             self.set(register.name, register.initial or 0)
@@ -115,6 +153,12 @@ class ControlTable:
         self._memory[register.address : register.end] = register.encode(value)
         if name not in self._measured:
             self.values[name] = value
+            self.changes += name != GOAL
+
+    def put_goal(self, ticks: int, data: bytes) -> None:
+        """Set the goal position, given its bytes as well; no rule applies."""
+        self._memory[self._goal_at] = data
+        self.values[GOAL] = ticks
 
     def put_measured(self, *values: int) -> None:
         """Set all that is measured, from ``realtime_tick`` on, in the order of the addresses."""
@@ -196,12 +240,22 @@ class ControlTable:
             return StatusError.DATA_RANGE
         if name == "operating_mode" and value not in self.model.modes:
             return StatusError.DATA_RANGE
-        if name.startswith("goal_") and values["bus_watchdog"] == -1:
+        if name.startswith("goal_") and values["bus_watchdog"] == TRIPPED:
             return StatusError.DATA_RANGE  # a tripped watchdog takes no goals until it is cleared
-        if name == "goal_position" and values["operating_mode"] == 3:
+        if name == GOAL and values["operating_mode"] == POSITION:
             low, high = values["min_position_limit"], values["max_position_limit"]
             return StatusError.NONE if low <= value <= high else StatusError.DATA_LIMIT
         return StatusError.NONE
+
+    def goal_range(self) -> tuple[int, int]:
+        """Return the least and the largest goal position that a write may bring now; (1, 0) for none."""
+        values, goal = self.values, self._registers[GOAL]
+        if values["bus_watchdog"] == TRIPPED or not goal.writable or self._locked(goal):
+            return 1, 0
+        if values["operating_mode"] != POSITION:
+            return goal.minimum, goal.maximum
+        low, high = values["min_position_limit"], values["max_position_limit"]
+        return max(low, goal.minimum), min(high, goal.maximum)
 
     def write(self, address: int, data: bytes) -> list[str]:
         """Do a write that has been checked; return the names of the registers it touched."""
@@ -210,7 +264,9 @@ class ControlTable:
         if register is not None:
             self._memory[address:end] = data
             self.values[register.name] = register.decode(data)
+            self.changes += register.name != GOAL
             return [register.name]
+        self.changes += 1
         if end <= self._plain_to:
             self._memory[address:end] = data
             begins = [at for at in range(address, end) if self._cover[at].address == at]

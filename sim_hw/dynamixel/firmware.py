@@ -8,7 +8,7 @@ K_I = n/65536, K_D = n/16, feedforward n/4. The loop's own rate is not published
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -23,11 +23,6 @@ CURRENT, VELOCITY, POSITION, PWM = (
     int(OperatingMode.CURRENT), int(OperatingMode.VELOCITY), int(OperatingMode.POSITION),
     int(OperatingMode.PWM),
 )  # fmt: skip
-POSITION_MODES = (
-    POSITION,
-    int(OperatingMode.EXTENDED_POSITION),
-    int(OperatingMode.CURRENT_BASED_POSITION),
-)
 # Registers that the loop works from, as the control table has them, and those that turn with Drive Mode.
 COPIED = (
     "operating_mode", "pwm_limit", "position_p_gain", "position_i_gain", "position_d_gain",
@@ -56,20 +51,6 @@ _NUMBERS = [
 _SWITCHES = [("torque", np.bool_), ("stopped", np.bool_), ("cascaded", np.bool_)]
 FIELDS = tuple(name for name, _ in (*_NUMBERS, *_SWITCHES))
 SERVO = np.dtype((np.record, np.dtype([*_NUMBERS, *_SWITCHES], align=True)))
-
-
-class LoopState(NamedTuple):
-    """What a servo reports of its control loop: fields of its record, as plain numbers."""
-
-    goal_position: float
-    operating_mode: float
-    profile_velocity: float
-    profile_acceleration: float
-    trajectory: float
-    trajectory_rate: float
-    ramp_velocity: float
-    pwm: float
-    torque: bool
 
 
 @compiled
@@ -212,7 +193,7 @@ class FirmwareBank:
         self.mode: FloatArray = self.columns["operating_mode"]
         self.goal_position: FloatArray = self.columns["goal_position"]
         self._torque: BoolArray = self.servos["torque"]
-        self._states = servos[list(LoopState._fields)]
+        self._stopped: BoolArray = self.servos["stopped"]
         self.mode[:] = OperatingMode.POSITION
         self.servos["position_p_gain"] = 850.0
         self.servos["pwm_limit"] = self.servos["goal_pwm"] = DUTY_FULL
@@ -226,14 +207,15 @@ class FirmwareBank:
         driven: BoolArray = self._torque.copy()
         return driven
 
+    @property
+    def all_follow(self) -> bool:
+        """Whether all servos have torque and none was stopped by its watchdog."""
+        return False not in self._torque.tolist() and True not in self._stopped.tolist()
+
     def torque(self, index: int) -> bool:
         """Whether the output stage of one servo is on."""
         on: bool = self._torque.item(index)
         return on
-
-    def at(self, index: int) -> LoopState:
-        """Return what one servo reports of its loop."""
-        return LoopState._make(self._states.item(index))
 
     def restart(self, index: int, ticks: float) -> None:
         """Begin again at a position: torque switched on, mode changed, power came back."""

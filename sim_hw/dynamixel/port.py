@@ -7,6 +7,7 @@ nothing in ours.
 
 from drivers.dynamixel.port import ClockedPort
 from sim_hw.clock import VirtualClock
+from sim_hw.dynamixel.bus import VirtualServoBus
 from sim_hw.interfaces import ServoWire
 
 LATENCY_MS = 1.0
@@ -70,20 +71,30 @@ class MemoryPort(ClockedPort):
 
     def readPort(self, length: int) -> bytes:  # noqa: N802
         """Return up to ``length`` bytes, letting time pass until there are some or it is over."""
-        self._arrive()
-        if not self._received:
-            self._let_time_pass()
-            self._arrive()
-        data, self._received = self._received[:length], self._received[length:]
+        bus, clock = self._bus, self._virtual
+        now_ns = clock.now_ns()
+        arrived = self._received + bus.replies(now_ns)
+        if not arrived:
+            over_ns = now_ns + round(self.remaining_ms() * 1e6) + IDLE_STEP_NS
+            due_ns = bus.next_reply_ns()
+            clock.sleep_until_ns(over_ns if due_ns is None else min(due_ns, over_ns))
+            now_ns = clock.now_ns()
+            bus.poll(now_ns)
+            arrived = bus.replies(now_ns)
+        data, self._received = arrived[:length], arrived[length:]
         self.note("rx", data)
         return data
 
+    def readAnswers(self, count: int, size: int) -> bytes:  # noqa: N802
+        """Read the same at once, where all of them are under way and nobody listens to the pieces."""
+        bus, clock = self._bus, self._virtual
+        if self.tap is None and not self._received and isinstance(bus, VirtualServoBus):
+            until_ns = clock.now_ns() + int(self.remaining_ms() * 1e6)
+            data = bus.all_replies(count, size, clock, until_ns)
+            if data is not None:
+                self.note("rx", data)
+                return data
+        return super().readAnswers(count, size)
+
     def _arrive(self) -> None:
         self._received += self._bus.replies(self._virtual.now_ns())
-
-    def _let_time_pass(self) -> None:
-        now_ns = self._virtual.now_ns()
-        over_ns = now_ns + round(self.remaining_ms() * 1e6) + IDLE_STEP_NS
-        due_ns = self._bus.next_reply_ns()
-        self._virtual.sleep_until_ns(over_ns if due_ns is None else min(due_ns, over_ns))
-        self._bus.poll(self._virtual.now_ns())

@@ -22,18 +22,26 @@ class Protection:
         index: Its place in the world.
         assumed: When a load is an overload.
         ratings: Of its motor.
+
+    Attributes:
+        limit_a: Current from which a load may become an overload.
     """
 
     def __init__(self, index: int, assumed: ServoAssumed, ratings: MotorRatings) -> None:
         self._index = index
         share = ratings.stall_current_a / MX_106.ratings.stall_current_a
-        self._limit_a = share * assumed.overload_current_a
+        self.limit_a = share * assumed.overload_current_a
         self._limit_ns = round(assumed.overload_s * 1e9)
         self._since_ns: int | None = None
 
     def restart(self) -> None:
         """Forget how long the load has lasted."""
         self._since_ns = None
+
+    @property
+    def counts(self) -> bool:
+        """Whether a load lasts that may become an overload."""
+        return self._since_ns is not None
 
     def errors(
         self, registers: Mapping[str, int], t_ns: int, motors: MotorReadings, *, torque: bool
@@ -53,7 +61,7 @@ class Protection:
             error |= HardwareError.INPUT_VOLTAGE
         if motors.temperature_c.item(i) > registers["temperature_limit"]:
             error |= HardwareError.OVERHEATING
-        if not torque or abs(motors.current_a.item(i)) < self._limit_a:
+        if not torque or abs(motors.current_a.item(i)) < self.limit_a:
             self._since_ns = None
         elif self._since_ns is None:
             self._since_ns = t_ns

@@ -12,28 +12,25 @@ import math
 
 import numpy as np
 
-from drivers.dynamixel.frames import Instruction, StatusError
+from drivers.dynamixel.frames import ALERT, Instruction, StatusError
 from drivers.dynamixel.registers import RAM_FROM, Register
 from drivers.dynamixel.servo_model import ServoModel
 from drivers.dynamixel.units import (
-    DUTY_FULL,
-    LOAD_UNIT,
+    RETURN_DELAY_UNIT_S,
     TICK_RAD,
     TICKS_PER_TURN,
     VELOCITY_UNIT_RAD_S,
-    VOLTAGE_UNIT_V,
     WATCHDOG_UNIT_S,
 )
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
-from sim_hw.dynamixel.control_table import ControlTable
+from sim_hw.dynamixel import measured_kernel
+from sim_hw.dynamixel.control_table import GOAL, ControlTable, measured_run
 from sim_hw.dynamixel.firmware import (
     COPIED,
     POSITION,
-    POSITION_MODES,
     TURNED,
     VELOCITY,
     FirmwareBank,
-    LoopState,
 )
 from sim_hw.dynamixel.protection import Protection
 from sim_hw.interfaces import MotorReadings, MotorWorld
@@ -44,12 +41,9 @@ CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
 RETURN_DELAY = 0  # set up as recommended; 250 when new
 REVERSE, TIME_BASED = 0x01, 0x04  # bits of Drive Mode
 PROTOCOL = 2
-GOAL_ONLY = ["goal_position"]  # what a write of goals touches: nothing else of the loop has changed
+GOAL_ONLY = [GOAL]  # what a write of goals touches: nothing else of the loop has changed
 ACCELERATION_S = 0.064  # in which a count of acceleration makes a count of velocity
 LARGEST_OFFSET_IN_POSITION_MODE = 1024
-PROFILE_ONGOING_TICKS = 0.5  # the trajectory is farther than this from its goal
-IN_POSITION, PROFILE_ONGOING = 0x01, 0x02  # bits of Moving Status
-NO_PROFILE, RECTANGULAR, TRAPEZOIDAL = 0x00, 0x10, 0x30  # its profile types
 
 
 class VirtualServo:
@@ -63,6 +57,11 @@ class VirtualServo:
         world: The motors.
         firmware: The control loops.
         assumed: What is assumed about it.
+
+    Attributes:
+        table: Its registers.
+        protection: What it protects itself against.
+        heard_ns: When its watchdog last heard an instruction packet.
     """
 
     def __init__(
@@ -77,14 +76,14 @@ class VirtualServo:
     ) -> None:
         self.table = ControlTable(model, servo_id, baud_code, RETURN_DELAY, assumed)
         self._assumed = assumed
-        self._protection = Protection(index, assumed, model.ratings)
+        self.protection = Protection(index, assumed, model.ratings)
         self._index = index
         self._world = world
         self._firmware = firmware
         self._loop = firmware.columns  # views: what is written here is what the loop runs on
         self._loop["current_unit"][index] = model.current_unit_a
         self._rebase_ticks = 0  # turns taken off the continuous encoder by reboot or Clear
-        self._heard_ns = 0
+        self.heard_ns = 0
         self._awake_ns = 0  # deaf before: it is starting
         self._registered: tuple[int, bytes] | None = None
         self._timed_goal = (
@@ -110,6 +109,11 @@ class VirtualServo:
         """Whether a hardware error is latched."""
         return self.table.values["hardware_error_status"] != 0
 
+    @property
+    def return_delay_ns(self) -> int:
+        """How long it waits before it answers."""
+        return round(self.table.values["return_delay_time"] * RETURN_DELAY_UNIT_S * 1e9)
+
     def identity(self) -> bytes:
         """Return what a ping is answered with: model number and firmware version."""
         model = self.table.get("model_number").to_bytes(2, "little")
@@ -124,17 +128,13 @@ class VirtualServo:
 
     # Time.
 
-    def heard_traffic(self, t_ns: int) -> None:
-        """An instruction packet came by: the watchdog restarts."""
-        self._heard_ns = t_ns
-
     def check(self, t_ns: int, motors: MotorReadings) -> None:
         """Look after the watchdog and the protections, with the motors as they are now."""
         units, torque = self.table.values["bus_watchdog"], self._torque
-        if units > 0 and torque and t_ns - self._heard_ns > units * WATCHDOG_UNIT_S * 1e9:
+        if units > 0 and torque and t_ns - self.heard_ns > units * WATCHDOG_UNIT_S * 1e9:
             self.table.set("bus_watchdog", -1)
             self._stop_motor()
-        error = self._protection.errors(self.table.values, t_ns, motors, torque=torque)
+        error = self.protection.errors(self.table.values, t_ns, motors, torque=torque)
         if error:
             latched = self.table.get("hardware_error_status") | error
             self.table.set("hardware_error_status", latched)
@@ -221,7 +221,7 @@ class VirtualServo:
                 self._set_torque(on=wanted)
         if "bus_watchdog" in touched:
             self._loop["stopped"][self._index] = False
-            self._heard_ns = t_ns
+            self.heard_ns = t_ns
         self._sync_firmware()
         return StatusError.NONE
 
@@ -243,16 +243,21 @@ class VirtualServo:
     def understands(self, baud_code: int | None, t_ns: int) -> bool:
         """Whether it has started and understands what is on the wire."""
         values = self.table.values
-        awake = t_ns >= self._awake_ns and values["protocol_type"] == PROTOCOL
-        return awake and values["baud_rate"] == baud_code
+        speaks = self.awake(t_ns) and values["protocol_type"] == PROTOCOL
+        return speaks and values["baud_rate"] == baud_code
+
+    def awake(self, t_ns: int) -> bool:
+        """Whether it has started."""
+        return t_ns >= self._awake_ns
 
     def restart(self, t_ns: int) -> None:
         """Begin as after power-up: RAM, turns and torque are lost, EEPROM is kept; deaf for a while."""
         self._awake_ns = t_ns + round(self._assumed.restart_s * 1e9)
+        self.table.changes += 1  # it hears nothing meanwhile
         self._set_torque(on=False)
         self.table.reset_ram()
         self._registered = None
-        self._protection.restart()
+        self.protection.restart()
         self._into_one_turn()
         self._goal_is_here()
         self._sync_firmware()
@@ -276,7 +281,9 @@ class VirtualServo:
         keep_id, keep_baud = parameters[0] in {0x01, 0x02}, parameters[0] == 0x02
         servo_id = self.servo_id if keep_id else 1
         baud = self.table.get("baud_rate") if keep_baud else 1
+        changes = self.table.changes
         self.table = ControlTable(self.table.model, servo_id, baud, 250, self._assumed)
+        self.table.changes += changes
         self.restart(t_ns)
         return StatusError.NONE
 
@@ -314,6 +321,7 @@ class VirtualServo:
 
     def _into_one_turn(self) -> None:
         self._rebase_ticks = int(np.floor(self._encoder() / TICKS_PER_TURN)) * TICKS_PER_TURN
+        self.table.changes += 1  # as if its homing offset did
 
     def _set_torque(self, *, on: bool) -> None:
         self.table.set("torque_enable", int(on))
@@ -391,40 +399,26 @@ class VirtualServo:
         """A shaft that is faster is moving."""
         return self.table.values["moving_threshold"] * VELOCITY_UNIT_RAD_S
 
+    @property
+    def plain_goal(self) -> tuple[int, int] | None:
+        """Sense and offset that turn a goal into its loop's; None where a goal changes the profile, too."""
+        return None if self.table.values["drive_mode"] & TIME_BASED else (self._sense, self._offset)
+
+    def measured_settings(self) -> tuple[float, ...]:
+        """Return what the registers say of its measurements: a row for ``measured_kernel``."""
+        model, alert = self.table.model, ALERT if self.alert else 0
+        unit_a = model.current_unit_a if model.measures_current else 0.0
+        return self._sense, self._offset, self._moving_rad_s, unit_a, alert
+
     def _measure(self, t_ns: int, motors: MotorReadings) -> None:
         """Fill the registers of what is measured."""
-        loop, i, model = self._firmware.at(self._index), self._index, self.table.model
-        sense, offset = self._sense, self._offset
-        status, rate_rad_s = _moving_status(loop), motors.rate_rad_s.item(i)
-        moving = abs(rate_rad_s) > self._moving_rad_s or bool(status & PROFILE_ONGOING)
-        if model.measures_current:
-            load = round(sense * (motors.current_a.item(i) / model.current_unit_a))
-        else:
-            load = round(sense * loop.pwm / DUTY_FULL / LOAD_UNIT)
-        if loop.operating_mode == VELOCITY:
-            planned = loop.ramp_velocity
-        else:
-            planned = loop.trajectory_rate * TICK_RAD / VELOCITY_UNIT_RAD_S
-        self.table.put_measured(
-            (t_ns // 1_000_000) % 32768,
-            moving,
-            status,
-            round(sense * loop.pwm),
-            load,
-            round(sense * rate_rad_s / VELOCITY_UNIT_RAD_S),
-            round(sense * motors.ticks.item(i)) + offset,
-            round(sense * planned),
-            round(sense * loop.trajectory) + offset,
-            round(motors.supply_v.item(i) / VOLTAGE_UNIT_V),
-            max(0, round(motors.temperature_c.item(i))),
-        )
+        values = np.empty(len(measured_run(self.table.model).sizes))
+        settings = np.array(self.measured_settings())
+        servos, i = self._firmware.servos, self._index
+        measured_kernel.measure(servos, i, settings, *motors, realtime_tick(t_ns), values)
+        self.table.put_measured(*map(int, values.tolist()))
 
 
-def _moving_status(loop: LoopState) -> int:
-    """What register Moving Status says of a control loop."""
-    ongoing = abs(loop.goal_position - loop.trajectory) > PROFILE_ONGOING_TICKS
-    if not loop.torque or loop.operating_mode not in POSITION_MODES or not ongoing:
-        return IN_POSITION
-    if not loop.profile_velocity:
-        return PROFILE_ONGOING | NO_PROFILE
-    return PROFILE_ONGOING | (TRAPEZOIDAL if loop.profile_acceleration else RECTANGULAR)
+def realtime_tick(t_ns: int) -> int:
+    """Return the register of that name: milliseconds, in fifteen bits."""
+    return (t_ns // 1_000_000) % 32768

@@ -12,7 +12,8 @@ from model.compiled import compiles
 from model.values.arrays import FloatArray
 from model.values.readings import BodyTruth
 from sim_hw.dynamixel.firmware import FirmwareBank
-from sim_hw.host import wrench_kernel
+from sim_hw.host import motor_kernel, wrench_kernel
+from sim_hw.host.motor_kernel import READINGS, motor_readings
 from sim_hw.host.step_kernel import CompiledSteps
 from sim_hw.host.wrench_kernel import mean_wrenches
 from sim_hw.interfaces import FirmwareControl, MotorReadings
@@ -61,6 +62,7 @@ class World:
         yaw = force_sensor.yaw_rad + known.force_yaw
         self._turned = np.array([np.cos(yaw), np.sin(yaw), force_sensor.up.astype(np.float64)])
         wrench_kernel.prepare()
+        motor_kernel.prepare()
         self._channel = ForceChannel(known, seed)
         self._marker_share = known.marker_share
         loop = plant.parameters.drive.loop
@@ -68,9 +70,8 @@ class World:
         on_motor = loop.feedback is GearSide.MOTOR
         self._loop_angle = motor if on_motor else shaft
         self._loop_rate = plant.motor_rate_rad_s if on_motor else plant.shaft_rate_rad_s
-        encoder_on_motor = loop.encoder is GearSide.MOTOR
-        self._encoder_angle = motor if encoder_on_motor else shaft
-        self._encoder_rate = plant.motor_rate_rad_s if encoder_on_motor else plant.shaft_rate_rad_s
+        sides = (MOTOR, MOTOR_RATE), (SHAFT, SHAFT_RATE)
+        self._encoder = np.array(sides[loop.encoder is not GearSide.MOTOR])
         self._late_steps = round(known.force_delay_s / plant.dt_s)
         self._scale = known.encoder_scale
         self._step_ns = round(plant.dt_s * 1e9)
@@ -78,8 +79,8 @@ class World:
         self._steps = 0
         self._forces = np.tile(plant.foot_force_B, (KEPT_STEPS, 1, 1))  # a ring, a row a step
         self._read_until = 0
-        mounting = np.array([self._zeros, self._ticks_a_rad, self._signs])
-        columns = (MOTOR, MOTOR_RATE) if on_motor else (SHAFT, SHAFT_RATE)
+        mounting = self._mounting = np.array([self._zeros, self._ticks_a_rad, self._signs])
+        columns = sides[not on_motor]
         self._compiled = None
         if compiles() and isinstance(firmware, FirmwareBank):
             self._compiled = CompiledSteps(plant, firmware, mounting, columns)
@@ -130,14 +131,10 @@ class World:
 
     def motors(self) -> MotorReadings:
         """Return the motors as the servos see them."""
-        plant = self.plant
-        return MotorReadings(
-            ticks=self._zeros + self._ticks_a_rad * (self._scale * self._encoder_angle),
-            rate_rad_s=self._signs * (self._scale * self._encoder_rate),
-            current_a=self._signs * plant.current_a,
-            supply_v=plant.supply_v,
-            temperature_c=plant.temperature_c,
-        )
+        state = self.plant.leg_state
+        readings = np.empty((READINGS, len(state)))
+        motor_readings(state, self._encoder, self._mounting, self._scale, readings)
+        return MotorReadings(*readings)
 
     def jam(self, index: int, torque_n_m: float) -> None:
         """Give a shaft so much dry friction on top of its own; 0 frees it."""

@@ -26,12 +26,14 @@ from sim_hw.plant.motor import (
 from sim_hw.plant.parameters import PlantParameters
 
 # State of a leg, a row: motor and shaft (the encoder's side of the gear), the motor's condition.
-MOTOR, MOTOR_RATE, SHAFT, SHAFT_RATE, CURRENT, TEMPERATURE, SUPPLY, DUTY = range(8)
+STATE_NUMBERS = 8
+MOTOR, MOTOR_RATE, SHAFT, SHAFT_RATE, CURRENT, TEMPERATURE, SUPPLY, DUTY = range(STATE_NUMBERS)
 # What a leg is made of.
+LEG_NUMBERS = 14
 (
     STIFFNESS, DAMPING, SIDE_STIFFNESS, SIDE_DAMPING, LEG_OFFSET, LEG_PLAY, CRANK_OFFSET, COMPLIANCE,
     BACKLASH, ROLL_STIFFNESS, ROLL_DAMPING, ROLL_ZERO, JAM, HARDENING,
-) = range(14)  # fmt: skip
+) = range(LEG_NUMBERS)  # fmt: skip
 # Inertia on the encoder's side of a gear with play or twist: crank, coupler and foot; assumed.
 SHAFT_INERTIA = 0.002
 # A gear with play only is this stiff where the teeth touch [N m/rad].
@@ -43,7 +45,7 @@ ROLLING = (200.0, 0.9)  # stiffness [N m/rad] and damping that turn a rolling fo
 
 def leg_rows(plant: PlantParameters, coupler_zero: FloatArray) -> FloatArray:
     """Return what the compiled code needs of each leg, (N, 14)."""
-    rows = np.zeros((plant.legs, 14))
+    rows = np.zeros((plant.legs, LEG_NUMBERS))
     rows[:, STIFFNESS], rows[:, DAMPING] = plant.stiffness, plant.damping
     rows[:, SIDE_STIFFNESS] = plant.side_stiffness[:, 0]
     rows[:, SIDE_DAMPING] = side_damping(plant)[:, 0]

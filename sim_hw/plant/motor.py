@@ -9,10 +9,11 @@ from model.values.arrays import FloatArray
 from sim_hw.plant.parameters import MotorParameters
 
 # Places in the row of numbers that the compiled code takes.
+MOTOR_NUMBERS = 15
 (
     TORQUE_CONSTANT, RESISTANCE, ARMATURE, DUTY_LIMIT, STRIBECK, LOAD, LOAD_STRIBECK, STRIBECK_SPEED,
     STRIBECK_POWER, VISCOUS, THERMAL_RESISTANCE, THERMAL_TIME, BATTERY_V, BATTERY_RESISTANCE, AMBIENT_C,
-) = range(15)  # fmt: skip
+) = range(MOTOR_NUMBERS)  # fmt: skip
 
 
 def motor_row(motor: MotorParameters) -> FloatArray:

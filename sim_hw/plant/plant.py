@@ -36,6 +36,7 @@ from sim_hw.plant.leg_kernel import (
     MOTOR_RATE,
     SHAFT,
     SHAFT_RATE,
+    STATE_NUMBERS,
     SUPPLY,
     TEMPERATURE,
     leg_rows,
@@ -61,6 +62,7 @@ class Plant:
         seed: Seed of what is random in the plant: gusts. The sensors have their own.
 
     Attributes:
+        leg_state: What ``leg_kernel`` keeps of each leg, (N, 8); the next seven are its columns.
         shaft_angle_rad: Shaft angles as the encoders have them, unwrapped, (N,); all views of what is now.
         shaft_rate_rad_s: Shaft speeds, (N,).
         motor_angle_rad: Motor angles, seen at the output; the shafts' own unless gears twist or have play.
@@ -91,20 +93,26 @@ class Plant:
         self._roll_v = np.full(p.legs, -1)
         for k in np.flatnonzero(p.turning_radius > 0).tolist():
             self._roll_v[k] = model.joint(f"roll_{k}").dofadr[0]
-        self._xpos, self._xquat, self._xmat = data.xpos, data.xquat, data.xmat
+        self._xpos = data.xpos
         self._foot_body = np.array([model.body(f"foot_{k}").id for k in legs])
         self._foot_parent = model.body_parentid[self._foot_body]
         self._geoms = np.array([model.geom(f"foot_{k}").id for k in legs])
         leg_of_geom = np.full(model.ngeom, -1)
         leg_of_geom[self._geoms] = np.arange(p.legs)
-        self._torso = model.body("torso").id
+        torso = self._torso = model.body("torso").id
+        # views of what is now, as the rest of MuJoCo's state
+        self._torso_position: FloatArray = data.xpos[torso]
+        self._torso_quaternion: FloatArray = data.xquat[torso]
+        self._torso_turn: FloatArray = data.xmat[torso].reshape(3, 3)
+        self._velocity: FloatArray = data.qvel[0:3]
+        self._spin: FloatArray = data.qvel[3:6]
         self._geometry = leg_geometry(p)
         zero = np.array([leg_point(g, 0.0)[4] for g in self._geometry])
         self._rows, self._motors = leg_rows(p, zero), np.array([motor_row(one) for one in p.motors])
         self._own_friction_n_m = shaft_friction(p)
         self.jam_n_m: FloatArray = self._rows[:, JAM]
         self.jam_n_m[:] = self._own_friction_n_m
-        state = self._state = np.zeros((p.legs, 8))
+        state = self.leg_state = np.zeros((p.legs, STATE_NUMBERS))
         self.shaft_angle_rad: FloatArray = state[:, SHAFT]
         self.shaft_rate_rad_s: FloatArray = state[:, SHAFT_RATE]
         self.motor_angle_rad: FloatArray = state[:, MOTOR]
@@ -137,19 +145,18 @@ class Plant:
     @property
     def torso_rotation(self) -> FloatArray:
         """Body to world, (3, 3), as of the last call of ``refresh`` or ``truth``."""
-        rotation: FloatArray = self._xmat[self._torso].reshape(3, 3)
-        return rotation
+        return self._torso_turn
 
     @property
     def feet_B(self) -> FloatArray:  # noqa: N802 - frame suffix
         """Feet in the body frame, (N, 3) [m]."""
         self.refresh()
-        feet: FloatArray = self._arms() @ self.torso_rotation
+        feet: FloatArray = self._arms() @ self._torso_turn
         return feet
 
     def _arms(self) -> FloatArray:
         """From the torso's origin to the feet, world axes, (N, 3) [m]."""
-        arms: FloatArray = self._xpos.take(self._foot_body, axis=0) - self._xpos[self._torso]
+        arms: FloatArray = self._xpos.take(self._foot_body, axis=0) - self._torso_position
         return arms
 
     def refresh(self) -> None:
@@ -181,7 +188,7 @@ class Plant:
         axes = ground_axes(p)
         self._qpos[0:3] = axes[:, 2] * height_m
         mujoco.mju_mat2Quat(self._qpos[3:7], axes.ravel())
-        self._state[:] = 0.0
+        self.leg_state[:] = 0.0
         self.motor_angle_rad[:] = self.shaft_angle_rad[:] = angle_rad
         self.temperature_c[:] = [motor.ambient_c for motor in p.motors]
         self.supply_v[:] = [motor.battery_v for motor in p.motors]
@@ -205,7 +212,7 @@ class Plant:
             self._write_push(self._gust)
         for _ in range(p.substeps):
             turn_legs(
-                dt_s, p.servo_substeps, self._motors, self._geometry, self._rows, self._state, duty,
+                dt_s, p.servo_substeps, self._motors, self._geometry, self._rows, self.leg_state, duty,
                 driven, self._foot_q, self._foot_v, self._roll_v, self._qpos, self._qvel, self._applied,
             )  # fmt: skip
             if self._varies:
@@ -230,7 +237,7 @@ class Plant:
         """Return what ``turn_legs`` takes of this plant, but for duties and steps, in its order."""
         feet = self._foot_q, self._foot_v, self._roll_v
         mujocos = self._qpos, self._qvel, self._applied
-        return self._motors, self._geometry, self._rows, self._state, *feet, *mujocos
+        return self._motors, self._geometry, self._rows, self.leg_state, *feet, *mujocos
 
     def hitch(self, ballast: Ballast) -> None:
         """Let the body tow a ballast from now on."""
@@ -275,14 +282,14 @@ class Plant:
         """Velocities of the feet, world axes, (N, 3)."""
         arm = self._arms()
         velocity = np.empty(arm.shape)
-        foot_velocities(self._qvel, self._foot_v, arm, self.torso_rotation, velocity)
+        foot_velocities(self._qvel, self._foot_v, arm, self._torso_turn, velocity)
         return velocity
 
     def places(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the body's position and quaternion x y z w, and the feet, in the world."""
         self.refresh()
-        quaternion = self._xquat[self._torso].take(SCALAR_LAST)
-        return self._xpos[self._torso], quaternion, self._xpos.take(self._foot_body, axis=0)
+        quaternion = self._torso_quaternion.take(SCALAR_LAST)
+        return self._torso_position, quaternion, self._xpos.take(self._foot_body, axis=0)
 
     def marker_places(self, share: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the same, the feet as markers show that go along with a share of their legs' give."""
@@ -301,13 +308,13 @@ class Plant:
     def truth(self, t_ns: int) -> BodyTruth:
         """Return where everything is."""
         position, quaternion, feet = self.places()
-        rotation = self.torso_rotation
+        rotation = self._torso_turn
         return BodyTruth(
             t_ns=t_ns,
             position_W=readonly(position.copy()),
             quaternion_xyzw=readonly(quaternion),
-            velocity_B=readonly(self._qvel[0:3] @ rotation),
-            angular_velocity_B=readonly(self._qvel[3:6].copy()),
+            velocity_B=readonly(self._velocity @ rotation),
+            angular_velocity_B=readonly(self._spin.copy()),
             foot_position_W=readonly(feet),
             foot_velocity_W=readonly(self._foot_velocity()),
             foot_force_B=readonly(self.foot_force_B.copy()),

@@ -9,8 +9,14 @@ from dynamixel_sdk import (
     Protocol2PacketHandler,
 )
 
-from drivers.dynamixel.frames import BROADCAST_ID, Instruction, build_instruction, build_status
-from drivers.dynamixel.packets import STATUS_BYTES, ServoAnswer
+from drivers.dynamixel.frames import (
+    BROADCAST_ID,
+    STATUS_BYTES,
+    Instruction,
+    build_instruction,
+    build_status,
+)
+from drivers.dynamixel.packets import ServoAnswer
 from drivers.dynamixel.port import ClockedPort
 from drivers.dynamixel.requests import ServoRequests
 

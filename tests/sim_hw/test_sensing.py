@@ -80,7 +80,7 @@ def test_a_low_pass_is_two_thirds_there_after_its_time_constant() -> None:
 
 def test_an_encoder_scale_is_reported_and_not_followed() -> None:
     robot = world("encoder_scale@ML:ratio=1.01")
-    robot.plant._state[:, 2] = robot.plant._state[:, 0] = 1.0
+    robot.plant.leg_state[:, 2] = robot.plant.leg_state[:, 0] = 1.0
     turned = (robot.motors().ticks - CONFIG.servo_bus.zeros) * CONFIG.servo_bus.signs
     assert turned[1] / turned[0] == pytest.approx(1.01)
     assert robot.plant.motor_angle_rad[1] == 1.0

@@ -55,7 +55,7 @@ def energy_j(robot: Plant) -> float:
     stretch = data.qpos[robot._foot_q] - ends
     stiffness = np.column_stack([p.side_stiffness, p.stiffness])
     springs = 0.5 * float((stiffness * stretch**2).sum())
-    rotors = 0.5 * p.motors[0].armature * float((robot._state[:, MOTOR_RATE] ** 2).sum())
+    rotors = 0.5 * p.motors[0].armature * float((robot.leg_state[:, MOTOR_RATE] ** 2).sum())
     return float(data.energy[1]) + potential + springs + rotors
 
 

@@ -12,12 +12,12 @@ from drivers.dynamixel.catalog import COMMON, READ_ADDRESS, READ_LENGTH
 from drivers.dynamixel.frames import (
     BROADCAST_ID,
     LARGEST_ID,
+    STATUS_BYTES,
     Instruction,
     StatusError,
     build_instruction,
 )
 from drivers.dynamixel.model_words import mismatch_words, model_name
-from drivers.dynamixel.packets import STATUS_BYTES
 from drivers.dynamixel.port import BITS_PER_BYTE, ClockedPort
 from drivers.dynamixel.requests import ServoRequests
 from drivers.dynamixel.scan import ScannedServo, broadcast_ping, id_is_shared

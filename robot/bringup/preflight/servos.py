@@ -8,8 +8,8 @@ import numpy as np
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.catalog import READ_LENGTH
 from drivers.dynamixel.condition import ServoCondition, read_condition
+from drivers.dynamixel.frames import STATUS_BYTES
 from drivers.dynamixel.model_words import mismatch_words
-from drivers.dynamixel.packets import STATUS_BYTES
 from drivers.dynamixel.port import BITS_PER_BYTE
 from drivers.dynamixel.registers import OperatingMode
 from drivers.dynamixel.servo_model import ServoModel
