@@ -20,7 +20,16 @@ def main() -> None:
 
 def compile_ahead() -> None:
     """Load or make it: of the diagnosis, of the estimator, and of the virtual robot."""
-    from model.estimator import measurements, output, process, sources, tolerance_kernel
+    from model.estimator import (
+        gate_kernel,
+        health,
+        kalman,
+        measurements,
+        process,
+        report,
+        senses,
+        tolerance_kernel,
+    )
     from model.motion import differentiate
     from model.traction import frames
     from robot.config.robot_file import load_robot
@@ -28,8 +37,11 @@ def compile_ahead() -> None:
     from robot.virtual.twin_run import WalkPlan, make_twin, walk_fast
 
     frames.prepare()
-    for module in (tolerance_kernel, output, measurements, process, sources, differentiate):
-        module.prepare()
+    for prepare in (
+        tolerance_kernel.prepare, report.prepare, measurements.prepare, gate_kernel.prepare,
+        process.prepare, kalman.prepare, senses.prepare, health.prepare, differentiate.prepare,
+    ):  # fmt: skip
+        prepare()
     config = load_robot()
     walk_fast(config, make_twin(config, (), seed=0), WalkPlan("tripod", 0.2, 0.1, 0.0), silent)
 
