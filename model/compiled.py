@@ -162,7 +162,26 @@ def _dispatcher(function: Callable[..., Any], fastmath: Any) -> Any:
                     f"{module}.{function.__qualname__}", _stamp(module), numba.__version__,
                     kernel_folder(),
                 )  # fmt: skip
+            made.get_call_template = _for_any_constant(made.get_call_template)
             return made
+
+
+def _for_any_constant(template_of: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a kernel that is called with a constant use the machine code for any number of that type.
+
+    The compiler would make one for each constant, and with it all that is called: a sixth of a first start.
+    """
+    from numba import types
+
+    plain: Any = types.unliteral  # has no types
+
+    def template(arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+        return template_of(
+            tuple(plain(each) for each in arguments),
+            {name: plain(each) for name, each in named.items()},
+        )
+
+    return template
 
 
 @cache
