@@ -17,7 +17,7 @@ from gap.constants import UNSTEADY_GROWTH, UNSTEADY_LEVEL
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.fit import Fitted
-from gap.search.novelty import scatter
+from gap.search.scatter import scatter
 from model.values.arrays import FloatArray
 
 FEWEST_CYCLES = 2.5  # of a run, from which its slope is told

@@ -6,6 +6,7 @@ signature, and the other references judge it as they judge a cause in the trials
 search is worth; the scatter of the fits is what a cause must stand out from to be named.
 """
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -16,9 +17,12 @@ from gap.constants import SHOWN
 from gap.residuals.chances import HeldOutChances, leave_each_out
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, laid_over
-from gap.search.novelty import SEEN, across_of, chance_of, pooled
+from gap.search.novelty import SEEN, across_of, chance_of
+from gap.search.scatter import Scatter, UsualScatter, pooled, steadied, usual_scatter
 from gap.search.screen import Signature, Signatures
 from model.values.arrays import FloatArray
+
+FEWEST_SEEN = 3  # runs that show a change, from which its scatter counts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,9 +33,13 @@ class _Fits:
     pull: FloatArray
     gram: FloatArray
 
+    def energy(self, direction: FloatArray) -> FloatArray:
+        """Return the energy of a change in each run, one over the variance of its size by noise, (R,)."""
+        return np.asarray(np.einsum("d,rde,e->r", direction, self.gram, direction))
+
     def along(self, direction: FloatArray) -> FloatArray:
         """Return the size of a change in each run that shows it; NaN in others, (R,)."""
-        energy = np.einsum("d,rde,e->r", direction, self.gram, direction)
+        energy = self.energy(direction)
         seen = energy > SEEN * max(float(energy.max()), 1e-30)
         size = self.pull @ direction / np.where(seen, energy, 1.0)
         return np.where(seen, size, np.nan)
@@ -44,10 +52,12 @@ class HealthySearch:
     Attributes:
         candidates: How many were tried, all forms of a cause as one.
         chances: Of the best in each reference, among all candidates.
+        usual: How much candidates scatter between references.
     """
 
     candidates: int
     chances: HeldOutChances
+    usual: UsualScatter
     _fits: tuple[tuple[_Fits, tuple[_Fits, ...]], ...]
 
     def among_all(self, chance: float) -> float:
@@ -68,6 +78,8 @@ class HealthySearch:
             for place, direction in enumerate(np.eye(len(own.signature.rows))):
                 known = _finite(own.along(direction))
                 one = pooled([known], [_finite(other.along(direction)) for other in others])
+                if not others:
+                    one = steadied(one, _in_sizes(self.usual, own, direction))
                 if not len(known) or one.free <= 0:
                     yield own.signature, place, np.inf
                     continue
@@ -95,12 +107,44 @@ def search_healthy(
     count = len({one.signature.candidate.family for one, _ in fits})
     chances = []
     for held, others in leave_each_out(len(runs)):
-        best = min((_chance(own, rest, held, others) for own, rest in fits), default=1.0)
+        usual = _usual(fits, others)
+        best = min((_chance(own, rest, held, others, usual) for own, rest in fits), default=1.0)
         chances.append(min(1.0, count * best))
-    return HealthySearch(max(count, 1), HeldOutChances(tuple(chances)), fits)
+    usual = _usual(fits, range(len(runs)))
+    return HealthySearch(max(count, 1), HeldOutChances(tuple(chances)), usual, fits)
 
 
-def _chance(own: _Fits, rest: Sequence[_Fits], held: int, others: Sequence[int]) -> float:
+def _usual(fits: Sequence[tuple[_Fits, tuple[_Fits, ...]]], runs: Sequence[int]) -> UsualScatter:
+    """How much candidates scatter between some of the runs; those of the machine, and those at a joint."""
+    forms = Counter(own.signature.candidate.family for own, _ in fits)
+    found: dict[bool, list[tuple[float, float, float]]] = {False: [], True: []}
+    for own, _ in fits:
+        if own.signature.offset >= 0:
+            continue
+        size = len(own.signature.rows)
+        weight = 1.0 / (size * forms[own.signature.candidate.family])
+        for direction in np.eye(size):
+            sizes, energy = own.along(direction)[list(runs)], own.energy(direction)[list(runs)]
+            seen = np.isfinite(sizes)
+            if seen.sum() >= FEWEST_SEEN:
+                variance = float(sizes[seen].var(ddof=1) * energy[seen].mean())
+                one = (variance, seen.sum() - 1.0, weight)
+                found[bool(own.signature.candidate.joints)].append(one)
+    whole, joint = (
+        usual_scatter(*np.array(found[kind]).reshape(-1, 3).T) for kind in (False, True)
+    )
+    return UsualScatter(whole, joint)
+
+
+def _in_sizes(usual: UsualScatter, own: _Fits, direction: FloatArray) -> Scatter:
+    """The usual scatter in units of the size of one change."""
+    energy = max(float(own.energy(direction).mean()), 1e-30)
+    return usual.of(bool(own.signature.candidate.joints)).times(1.0 / energy)
+
+
+def _chance(
+    own: _Fits, rest: Sequence[_Fits], held: int, others: Sequence[int], usual: UsualScatter
+) -> float:
     """Chance of what one reference shows of a candidate, by the other references."""
     gram = own.gram[held]
     size = len(gram)
@@ -115,7 +159,8 @@ def _chance(own: _Fits, rest: Sequence[_Fits], held: int, others: Sequence[int])
         across = across_of(own.gram[held], direction)
         elsewhere += [_finite(own.along(other)[list(others)]) for other in across]
     parameters = len(own.signature.candidate.effect.parameters)
-    one = chance_of(sizes[[held]], known, elsewhere, parameters)
+    expected = _in_sizes(usual, own, direction)
+    one = chance_of(sizes[[held]], known, elsewhere, parameters, expected)
     return min(1.0, own.signature.candidate.forms * one)
 
 

@@ -118,7 +118,8 @@ class Look:
         """Return its chance in a healthy machine, among all candidates; 0 without references."""
         if self.known is None:
             return 0.0
-        one = chance_healthy(self.evidence, self.known.runs, option.fitted, option.cause)
+        usual = self.known.search.usual
+        one = chance_healthy(self.evidence, self.known.runs, option.fitted, option.cause, usual)
         chance = self.known.search.among_all(min(1.0, option.added.forms * one))
         vibration = option.added.vibration
         if vibration is None or not option.added.effect.shaking or vibration.nats <= 0.0:

@@ -4,42 +4,35 @@ Friction, springs and loads of a machine differ a little from day to day, alike 
 blocks of a run cannot show that, only runs can. So the fitted cause is fitted again, by its amplitude
 alone, to each run: 1 in the trials if it is right, about 0 in references, each predicted by the others.
 The two are compared by an F test over runs, two-sided and with one degree of freedom a parameter, because
-the trials chose the direction. Scatter is pooled over the joints at which the effect could act only as far
-as these scatter alike: their variances are one draw each of a distribution whose width is estimated
-(Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3, section 6.2). Few joints show that width badly, so with a
-small probability the joint is taken to be like no other, and its own runs alone have the say.
+the trials chose the direction. Scatter is pooled over the joints at which the effect could act
+(``gap.search.scatter``), and with a small probability the joint is taken to be like no other. A cause that
+has no other joints is steadied by how much all other causes scatter.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from scipy import optimize, special
+from scipy import special
 
-from gap.constants import JOINT_UNLIKE, JOINTS_DIFFER, JOINTS_DIFFER_WORTH
+from gap.constants import JOINT_UNLIKE
 from gap.interfaces import Cause, Effect, Parameter, places_for
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import step_of
 from gap.search.fit import Fitted
+from gap.search.scatter import UNKNOWN, Scatter, UsualScatter, pooled, steadied
 from model.values.arrays import FloatArray
 
-MOST_FREE = 1e6  # degrees of freedom that count as a variance that is known
 SEEN = 1e-3  # share of energy below which a change does not show
-FEWEST_SIZES = 2  # of a joint's references, from which they have a scatter
 
 
-@dataclass(frozen=True, slots=True)
-class Scatter:
-    """Variance of one run, and the degrees of freedom that it is known with."""
-
-    variance: float
-    free: float
-
-
-def chance_healthy(evidence: Evidence, healthy: Evidence, fitted: Fitted, added: Cause) -> float:
+def chance_healthy(
+    evidence: Evidence, healthy: Evidence, fitted: Fitted, added: Cause, usual: UsualScatter
+) -> float:
     """Return the chance of so large a cause in a healthy machine, for this one candidate.
 
-    References are whitened by what others predict; the fit has all causes, ``added`` among them.
+    References are whitened by what others predict; the fit has all causes, ``added`` among them; ``usual``
+    is how much causes scatter between references.
     """
     seen = sizes_in_trials(evidence, fitted, added)
     if not len(seen):
@@ -52,11 +45,17 @@ def chance_healthy(evidence: Evidence, healthy: Evidence, fitted: Fitted, added:
     sizes = sizes_in_references(healthy, [replace(added, joints=place) for place in order])
     known, *others = (values for values, _ in sizes)
     others += sizes_across(healthy, added, effect)
-    return chance_of(seen, known, others, len(added.values))
+    noise = sizes[0][1]
+    expected = usual.of(single).times(float(noise.mean()) if len(noise) else 1.0)
+    return chance_of(seen, known, others, len(added.values), expected)
 
 
 def chance_of(
-    seen: FloatArray, known: FloatArray, others: Sequence[FloatArray], parameters: int
+    seen: FloatArray,
+    known: FloatArray,
+    others: Sequence[FloatArray],
+    parameters: int,
+    usual: Scatter = UNKNOWN,
 ) -> float:
     """Return the chance of the mean of sizes seen, if they were as those that are known.
 
@@ -66,6 +65,7 @@ def chance_of(
         others: In references at each of the other joints at which the effect could act, and along the
             other directions of its numbers.
         parameters: Of the cause; none counts as one.
+        usual: How much sizes of other causes scatter, in units of these sizes.
     """
     mean = float(known.mean()) if len(known) else 0.0
     ahead = float(seen.mean()) - mean
@@ -79,65 +79,9 @@ def chance_of(
         f = ahead**2 / max(one.variance * runs, 1e-24) / directions
         return float(special.fdtrc(directions, one.free, f))
 
-    alike = chance(pooled([seen, known], others))
-    alone = chance(pooled([seen, known], ())) if others else alike
+    alone = chance(steadied(pooled([seen, known], ()), usual))
+    alike = chance(pooled([seen, known], others)) if others else alone
     return float((1.0 - JOINT_UNLIKE) * alike + JOINT_UNLIKE * alone)
-
-
-def pooled(own: Sequence[FloatArray], others: Sequence[FloatArray]) -> Scatter:
-    """Return the scatter about the mean of each own group, steadied by that at the other joints.
-
-    The more the joints' variances differ among each other, the less the others' are worth.
-    """
-    square, free = scatter(own)
-    there = [one for one in others if len(one) >= FEWEST_SIZES]
-    if not there:
-        return Scatter(square / free, free) if free else Scatter(np.inf, 0)
-    known = own[-1]
-    groups = [*there, known] if len(known) >= FEWEST_SIZES else there
-    least = 1e-12 * max(float(np.mean([one.var(ddof=1) for one in groups])), 1e-300)
-    logs = np.array([np.log(max(float(one.var(ddof=1)), least)) for one in groups])
-    frees = np.array([len(one) - 1.0 for one in groups])
-    differ = _differ(logs, frees)
-    # the joint's own runs have half a say at least: it may be the one that is unlike the others
-    prior_free = min(2.0 * _trigamma_inverse(differ), max(float(free), 1.0))
-    centre = np.mean((logs - special.digamma(frees / 2) + np.log(frees / 2))[: len(there)])
-    prior = float(np.exp(centre + special.digamma(prior_free / 2) - np.log(prior_free / 2)))
-    whole = prior_free + free
-    return Scatter((prior_free * prior + square) / whole, whole)
-
-
-def _differ(logs: FloatArray, frees: FloatArray) -> float:
-    """By how much the logarithms of joints' true variances differ, as a variance.
-
-    Estimated from few joints, so it is drawn towards what joints of machines differ by.
-    """
-    joints = len(logs) - 1
-    beyond = (
-        float(logs.var(ddof=1) - np.mean(special.polygamma(1, frees / 2))) if joints > 0 else 0.0
-    )
-    worth = float(JOINTS_DIFFER_WORTH)
-    return (joints * max(beyond, 0.0) + worth * JOINTS_DIFFER) / (joints + worth)
-
-
-def _trigamma_inverse(value: float) -> float:
-    """Return where the trigamma function has a value."""
-    low, high = 1e-3, MOST_FREE
-    if value >= special.polygamma(1, low):
-        return low
-    if value <= special.polygamma(1, high):
-        return high
-    root = optimize.brentq(
-        lambda log: float(special.polygamma(1, np.exp(log)) - value), np.log(low), np.log(high)
-    )
-    return float(np.exp(root))
-
-
-def scatter(groups: Sequence[FloatArray]) -> tuple[float, int]:
-    """Return the squares of values about the mean of their group, summed, and the degrees of freedom."""
-    there = [one for one in groups if len(one)]
-    square = sum(float(((one - one.mean()) ** 2).sum()) for one in there)
-    return square, sum(len(one) - 1 for one in there)
 
 
 def sizes_in_trials(evidence: Evidence, fitted: Fitted, added: Cause) -> FloatArray:

@@ -19,7 +19,8 @@ from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.cross_validation import steps_without
 from gap.search.fit import Fitted
-from gap.search.novelty import scatter, sizes_in_references, sizes_in_trials
+from gap.search.novelty import sizes_in_references, sizes_in_trials
+from gap.search.scatter import scatter
 from model.values.arrays import FloatArray
 
 

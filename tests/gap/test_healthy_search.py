@@ -11,7 +11,8 @@ from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.chances import HeldOutChances, promised
-from gap.search.novelty import chance_of, pooled
+from gap.search.novelty import chance_of
+from gap.search.scatter import pooled
 from gap.search.selection import select
 from record.trial.trial import Trial
 from tests.gap.toy import CONDITIONS, JOINTS, Toy, toy_trial

@@ -1,0 +1,143 @@
+"""How much the size of a cause differs between runs, steadied by what is like it.
+
+A few references show a scatter badly. So the scatter of a cause at one joint is pooled with that at the
+joints at which the effect could act as well, as far as these scatter alike: their variances are one draw
+each of a distribution whose width is estimated (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3, section
+6.2). A cause without other joints is steadied in the same way by all other causes, in units of noise.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import optimize, special
+
+from gap.constants import JOINTS_DIFFER, JOINTS_DIFFER_WORTH
+from model.values.arrays import FloatArray
+
+MOST_FREE = 1e6  # degrees of freedom that count as a variance that is known
+FEWEST_SIZES = 2  # of a joint's references, from which they have a scatter
+FEWEST_CAUSES = 8  # from which their variances have a distribution
+LEAST_VARIANCE = 1e-6  # of noise's
+
+
+@dataclass(frozen=True, slots=True)
+class Scatter:
+    """Variance of one run, and the degrees of freedom that it is known with."""
+
+    variance: float
+    free: float
+
+    def times(self, factor: float) -> "Scatter":
+        """Return it in other units."""
+        return Scatter(self.variance * factor, self.free)
+
+
+UNKNOWN = Scatter(0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class UsualScatter:
+    """Scatter of causes between healthy runs, in units of what noise alone would make.
+
+    Attributes:
+        whole: Of causes of the whole machine.
+        joint: Of causes at one joint.
+    """
+
+    whole: Scatter = UNKNOWN
+    joint: Scatter = UNKNOWN
+
+    def of(self, at_a_joint: bool) -> Scatter:
+        """Return that of causes of a kind."""
+        return self.joint if at_a_joint else self.whole
+
+
+def pooled(own: Sequence[FloatArray], others: Sequence[FloatArray]) -> Scatter:
+    """Return the scatter about the mean of each own group, steadied by that at the other joints.
+
+    The more the joints' variances differ among each other, the less the others' are worth.
+    """
+    square, free = scatter(own)
+    there = [one for one in others if len(one) >= FEWEST_SIZES]
+    if not there:
+        return Scatter(square / free, free) if free else Scatter(np.inf, 0)
+    known = own[-1]
+    groups = [*there, known] if len(known) >= FEWEST_SIZES else there
+    least = 1e-12 * max(float(np.mean([one.var(ddof=1) for one in groups])), 1e-300)
+    logs = np.array([np.log(max(float(one.var(ddof=1)), least)) for one in groups])
+    frees = np.array([len(one) - 1.0 for one in groups])
+    prior_free = 2.0 * _trigamma_inverse(_differ(logs, frees))
+    # the joint's own runs have half a say at least: it may be the one that is unlike the others
+    prior_free = min(prior_free, max(float(free), 1.0))
+    centre = float(np.mean((logs - _bias(frees))[: len(there)]))
+    prior = Scatter(float(np.exp(centre + _bias(prior_free))), prior_free)
+    return steadied(Scatter(square / free if free else 0.0, free), prior)
+
+
+def steadied(own: Scatter, by: Scatter) -> Scatter:
+    """Return a scatter with another's say in it, which is at most as much as its own."""
+    free = min(by.free, max(own.free, 1.0))
+    whole = own.free + free
+    if not whole > 0.0:
+        return own
+    square = (own.free * own.variance if own.free > 0.0 else 0.0) + free * by.variance
+    return Scatter(square / whole, whole)
+
+
+def usual_scatter(variances: FloatArray, frees: FloatArray, weights: FloatArray) -> Scatter:
+    """Return how much a cause scatters if nothing is known but how much others do.
+
+    Args:
+        variances: Of K causes between runs, in units of what noise alone would make, (K,).
+        frees: Degrees of freedom of each, (K,).
+        weights: Of each; forms of one cause share one weight, (K,).
+    """
+    if len(variances) < FEWEST_CAUSES:
+        return UNKNOWN
+    share = weights / weights.sum()
+    logs = np.log(np.maximum(variances, LEAST_VARIANCE)) - _bias(frees)
+    centre = float(share @ logs)
+    spread = float(share @ (logs - centre) ** 2) / max(1.0 - float(share @ share), 1e-9)
+    differ = spread - float(share @ special.polygamma(1, frees / 2))
+    free = 2.0 * _trigamma_inverse(max(differ, JOINTS_DIFFER))
+    return Scatter(float(np.exp(centre + _bias(free))), free)
+
+
+def _bias(free: FloatArray | float) -> FloatArray:
+    """Expectation of the logarithm of a variance that is estimated, less that of the true one."""
+    half = np.asarray(free) / 2.0
+    return np.asarray(special.digamma(half) - np.log(half))
+
+
+def _differ(logs: FloatArray, frees: FloatArray) -> float:
+    """By how much the logarithms of joints' true variances differ, as a variance.
+
+    Estimated from few joints, so it is drawn towards what joints of machines differ by.
+    """
+    joints = len(logs) - 1
+    beyond = (
+        float(logs.var(ddof=1) - np.mean(special.polygamma(1, frees / 2))) if joints > 0 else 0.0
+    )
+    worth = float(JOINTS_DIFFER_WORTH)
+    return (joints * max(beyond, 0.0) + worth * JOINTS_DIFFER) / (joints + worth)
+
+
+def _trigamma_inverse(value: float) -> float:
+    """Return where the trigamma function has a value."""
+    low, high = 1e-3, MOST_FREE
+    if value >= special.polygamma(1, low):
+        return low
+    if value <= special.polygamma(1, high):
+        return high
+    root = optimize.brentq(
+        lambda log: float(special.polygamma(1, np.exp(log)) - value), np.log(low), np.log(high)
+    )
+    return float(np.exp(root))
+
+
+def scatter(groups: Sequence[FloatArray]) -> tuple[float, int]:
+    """Return the squares of values about the mean of their group, summed, and the degrees of freedom."""
+    there = [one for one in groups if len(one)]
+    square = sum(float(((one - one.mean()) ** 2).sum()) for one in there)
+    return square, sum(len(one) - 1 for one in there)
