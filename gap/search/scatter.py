@@ -100,7 +100,7 @@ def usual_scatter(variances: FloatArray, frees: FloatArray, weights: FloatArray)
     centre = float(share @ logs)
     spread = float(share @ (logs - centre) ** 2) / max(1.0 - float(share @ share), 1e-9)
     differ = spread - float(share @ special.polygamma(1, frees / 2))
-    free = 2.0 * _trigamma_inverse(max(differ, JOINTS_DIFFER))
+    free = 2.0 * _trigamma_inverse(max(differ, 0.0))
     return Scatter(float(np.exp(centre + _bias(free))), free)
 
 
