@@ -117,7 +117,7 @@ def search_healthy(
 def _usual(fits: Sequence[tuple[_Fits, tuple[_Fits, ...]]], runs: Sequence[int]) -> UsualScatter:
     """How much candidates scatter between some of the runs; those of the machine, and those at a joint."""
     forms = Counter(own.signature.candidate.family for own, _ in fits)
-    found: dict[bool, list[tuple[float, float, float]]] = {False: [], True: []}
+    scatters: dict[bool, list[tuple[float, float, float]]] = {False: [], True: []}
     for own, _ in fits:
         if own.signature.offset >= 0:
             continue
@@ -129,9 +129,9 @@ def _usual(fits: Sequence[tuple[_Fits, tuple[_Fits, ...]]], runs: Sequence[int])
             if seen.sum() >= FEWEST_SEEN:
                 variance = float(sizes[seen].var(ddof=1) * energy[seen].mean())
                 one = (variance, seen.sum() - 1.0, weight)
-                found[bool(own.signature.candidate.joints)].append(one)
+                scatters[bool(own.signature.candidate.joints)].append(one)
     whole, joint = (
-        usual_scatter(*np.array(found[kind]).reshape(-1, 3).T) for kind in (False, True)
+        usual_scatter(*np.array(scatters[kind]).reshape(-1, 3).T) for kind in (False, True)
     )
     return UsualScatter(whole, joint)
 

@@ -105,7 +105,7 @@ def usual_scatter(variances: FloatArray, frees: FloatArray, weights: FloatArray)
 
 
 def _bias(free: FloatArray | float) -> FloatArray:
-    """Expectation of the logarithm of a variance that is estimated, less that of the true one."""
+    """Expectation of the logarithm of a variance that is estimated, minus that of the true one."""
     half = np.asarray(free) / 2.0
     return np.asarray(special.digamma(half) - np.log(half))
 
