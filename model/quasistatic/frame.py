@@ -96,18 +96,7 @@ def solve_frames_in_order(
     feet: FootMotion, contact: ContactParameters, weight_n: float
 ) -> list[ContactSolution]:
     """``solve_frame`` of each of T frames, (T, N, 3), to the bit."""
-    frames, count = len(feet.position_m), len(contact.mu)
-    numbers, loaded = np.empty((frames, 6 + 6 * count)), np.empty((frames, count), np.bool_)
-    verdicts = np.empty((frames, 2), np.int64)
-    prepare()
-    compile_for(
-        frames_kernel, *given(3, 3, 1, 1, 2), NUMBER, *out(2), *out(2, kind=FLAG),
-        *out(2, kind=COUNT),
-    )  # fmt: skip
-    frames_kernel(
-        np.ascontiguousarray(feet.position_m), np.ascontiguousarray(feet.velocity_m_s),
-        contact.stiffness, contact.mu, contact.anisotropy, weight_n, numbers, loaded, verdicts,
-    )  # fmt: skip
+    numbers, loaded, verdicts = _frames(feet, contact, weight_n)
     readonly(numbers)
     readonly(loaded)
     return [
@@ -145,15 +134,28 @@ def solve_walk(feet: FootMotion, contact: ContactParameters, weight_n: float) ->
     shape = (len(position), len(contact.mu), 3)
     if position.shape != shape or velocity.shape != shape or 0 in shape[1:]:
         raise ModelError(f"feet must be {shape}, not {position.shape} and {velocity.shape}")
-    numbers = np.empty((len(position), 6 + 6 * shape[1]))
-    prepare()
-    compile_for(walk_frames_kernel, *given(3, 3, 1, 1, 2), NUMBER, *out(2))
-    walk_frames_kernel(
-        np.ascontiguousarray(position), np.ascontiguousarray(velocity),
-        contact.stiffness, contact.mu, contact.anisotropy, weight_n, numbers,
-    )  # fmt: skip
+    numbers, _, _ = _frames(feet, contact, weight_n)
     forces = numbers[:, 6 + 3 * shape[1] :].reshape(shape)
     return WalkSolution(numbers[:, 2].copy(), numbers[:, 3:6].copy(), forces.copy())
+
+
+def _frames(
+    feet: FootMotion, contact: ContactParameters, weight_n: float
+) -> tuple[FloatArray, BoolArray, IntArray]:
+    """What ``frames_kernel`` writes for T frames."""
+    frames, count = len(feet.position_m), len(contact.mu)
+    numbers, loaded = np.empty((frames, 6 + 6 * count)), np.empty((frames, count), np.bool_)
+    verdicts = np.empty((frames, 2), np.int64)
+    prepare()
+    compile_for(
+        frames_kernel, *given(3, 3, 1, 1, 2), NUMBER, *out(2), *out(2, kind=FLAG),
+        *out(2, kind=COUNT),
+    )  # fmt: skip
+    frames_kernel(
+        np.ascontiguousarray(feet.position_m), np.ascontiguousarray(feet.velocity_m_s),
+        contact.stiffness, contact.mu, contact.anisotropy, weight_n, numbers, loaded, verdicts,
+    )  # fmt: skip
+    return numbers, loaded, verdicts
 
 
 def _solved(
@@ -248,24 +250,4 @@ def frames_kernel(
             load,
             numbers[frame],
             loaded[frame],
-        )
-
-
-@compiled
-def walk_frames_kernel(
-    feet: FloatArray, feet_velocity: FloatArray, stiffness: FloatArray, mu: FloatArray,
-    anisotropy: FloatArray, load: float, numbers: FloatArray,
-) -> None:  # fmt: skip
-    """``frame_kernel`` of T frames; ``numbers`` are (T, 6 + 6 N)."""
-    loaded = np.empty(feet.shape[1], dtype=np.bool_)
-    for frame in range(len(feet)):
-        frame_kernel(
-            feet[frame],
-            feet_velocity[frame],
-            stiffness,
-            mu,
-            anisotropy,
-            load,
-            numbers[frame],
-            loaded,
         )

@@ -50,7 +50,7 @@ class Listeners:
         t_ns: int,
         silent: Mapping[int, bool],
     ) -> None:
-        self._every, self._baud_code = every, baud_code
+        self.every, self._baud_code = every, baud_code
         self._changes = [servo.table.changes for servo in every]
         self._awake = all(servo.awake(t_ns) for servo in every)
         self.servos = [
@@ -66,7 +66,7 @@ class Listeners:
     def hold(self, baud_code: int | None) -> bool:
         """Whether they are still those, at a later time."""
         same = baud_code == self._baud_code and self._awake
-        return same and self._changes == [servo.table.changes for servo in self._every]
+        return same and self._changes == [servo.table.changes for servo in self.every]
 
     def measured_read(self, parameters: bytes) -> "MeasuredRead | None":
         """Return how a sync read with these parameters is answered at once; None if it is not."""
@@ -136,7 +136,7 @@ class MeasuredRead:
 
 def _measured_read(listeners: Listeners, parameters: bytes) -> MeasuredRead | None:
     address, length = (int.from_bytes(parameters[at : at + 2], "little") for at in (0, 2))
-    ids, every = tuple(parameters[4:]), listeners._every
+    ids, every = tuple(parameters[4:]), listeners.every
     alone = [listeners.by_id.get(servo_id, ()) for servo_id in ids]
     if not ids or any(len(servos) != 1 for servos in alone):
         return None
@@ -228,6 +228,6 @@ def _goal_write(listeners: Listeners, parameters: bytes) -> GoalWrite | None:
     if len(senses) < len(plain):
         return None
     least, most = zip(*(servo.table.goal_range() for servo in writing), strict=True)
-    who = np.array([listeners._every.index(servo) for servo in writing])
+    who = np.array([listeners.every.index(servo) for servo in writing])
     sense, offset = np.array(senses).T
     return GoalWrite(writing, layout, least, most, who, sense, offset)
