@@ -1,6 +1,7 @@
 """What the second process of ``robot.console.second_compiler`` does: kernels of a drive, last ones first.
 
-The first process begins with the estimator's largest kernel, which takes as long as all others together.
+The first process begins with the estimator's largest kernels and ends with the virtual robot. This one goes
+the other way, so that the two do not make the same kernel at the same time.
 """
 
 import os
@@ -19,7 +20,7 @@ def main() -> None:
 
 
 def compile_ahead() -> None:
-    """Load or make it: of the diagnosis, of the estimator, and of the virtual robot."""
+    """Load or make it: of the virtual robot, of the estimator, and of the diagnosis."""
     from model.estimator import (
         gate_kernel,
         health,
@@ -36,14 +37,14 @@ def compile_ahead() -> None:
     from robot.virtual.rehearsal import silent
     from robot.virtual.twin_run import WalkPlan, make_twin, walk_fast
 
-    frames.prepare()
-    for prepare in (
-        tolerance_kernel.prepare, report.prepare, measurements.prepare, gate_kernel.prepare,
-        process.prepare, kalman.prepare, senses.prepare, health.prepare, differentiate.prepare,
-    ):  # fmt: skip
-        prepare()
     config = load_robot()
     walk_fast(config, make_twin(config, (), seed=0), WalkPlan("tripod", 0.2, 0.1, 0.0), silent)
+    for prepare in (
+        differentiate.prepare, kalman.prepare, gate_kernel.prepare, report.prepare,
+        measurements.prepare, health.prepare, senses.prepare, frames.prepare, process.prepare,
+        tolerance_kernel.prepare,
+    ):  # fmt: skip
+        prepare()
 
 
 def _leave_with_parent() -> None:
