@@ -6,10 +6,13 @@ where a body swings on its legs, nobody knows in which phase. Each stage fed wha
 
 from dataclasses import replace
 
+import numpy as np
+
+from gap.constants import ACTS, HELD_OUT_MOST
 from gap.diagnosis.gap_evidence import GapEvidence
 from gap.interfaces import Cause, Drive
 from gap.search.cross_validation import Advantage, advantage
-from gap.search.options import worth
+from gap.search.options import usual_energy, worth
 from gap.search.replacement import without
 from model.values.arrays import FloatArray
 
@@ -17,10 +20,32 @@ from model.values.arrays import FloatArray
 def helps_its_stage(comparison: GapEvidence, causes: tuple[Cause, ...], at: int) -> bool:
     """Whether held-out runs are clearly predicted better with cause number ``at`` than without it.
 
+    It is clear from a scatter over cycles; or where the cause explains most of what its channels show in
+    most cycles: of a few cycles, in which a robot begins to walk, one can be unlike the others.
     False for a simulator in one piece, which cannot be fed what was measured.
     """
     scores = _held_scores(comparison, causes, at)
-    return scores is not None and worth(scores[0], len(causes[at].values), len(scores[1]))
+    if scores is None:
+        return False
+    clear = worth(scores[0], len(causes[at].values), len(scores[1]))
+    return clear or _explains_most(comparison, causes, at)
+
+
+def _explains_most(comparison: GapEvidence, causes: tuple[Cause, ...], at: int) -> bool:
+    """Whether most of the energy beyond healthy runs' is explained, in the median of held-out cycles."""
+    healthy = comparison.healthy
+    if healthy is None or not agrees(comparison, causes, at):
+        return False
+    held = comparison.study.held_evidence(comparison.study.local)
+    with_it, without_it = held.residuals([causes, without(causes, at)])
+    gained = (held.score(without_it) - held.score(with_it)).sum(axis=0)
+    acts = gained > ACTS * gained.max()
+    before = held.per_block(without_it**2)
+    closed = (before - held.per_block(with_it**2))[:, acts].sum(axis=1)
+    usual = usual_energy(held, healthy)
+    there = np.fmax((before - usual)[:, acts].sum(axis=1), closed)
+    shares = closed / np.where(there > 0.0, there, np.inf)
+    return float(np.median(shares)) > HELD_OUT_MOST
 
 
 def agrees(comparison: GapEvidence, causes: tuple[Cause, ...], at: int, least: float = 0.0) -> bool:

@@ -65,8 +65,7 @@ def energy_share_of(
     """
     score = evidence.score(standing.residual) - evidence.score(option.fitted.residual)
     on = score.sum(axis=0) > ACTS * score.sum(axis=0).max()
-    count = np.fmax(healthy.count.sum(axis=0), 1e-9)
-    usual = (healthy.base**2).sum(axis=0) / count * evidence.count.sum(axis=0)
+    usual = usual_energy(evidence, healthy).sum(axis=0)
     before = (standing.residual**2).sum(axis=0)
     gain = before - (option.fitted.residual**2).sum(axis=0)
     return _closed(before, gain, usual, on)
@@ -86,6 +85,12 @@ def on_bound(option: Option) -> bool:
         not p.lower < value < p.upper
         for p, value in zip(parameters, option.cause.values, strict=True)
     )
+
+
+def usual_energy(evidence: Evidence, healthy: Evidence) -> FloatArray:
+    """Energy of each block and channel that as many frames of healthy runs have, (B, C)."""
+    count = np.fmax(healthy.count.sum(axis=0), 1e-9)
+    return np.asarray((healthy.base**2).sum(axis=0) / count * evidence.count)
 
 
 def usual_score(evidence: Evidence, healthy: Evidence) -> FloatArray:

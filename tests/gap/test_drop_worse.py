@@ -5,18 +5,20 @@ from dataclasses import replace
 import pytest
 
 import gap.diagnosis.drop_worse as drop_module
+from gap.diagnosis import held_stage
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.drop_worse import drop_worse
 from gap.diagnosis.gap_evidence import GapEvidence, compare
+from gap.diagnosis.held_stage import helps_its_stage
 from gap.diagnosis.how_far import HowFar, how_far
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate
-from gap.search.cross_validation import unseen_score
+from gap.search.cross_validation import Advantage, unseen_score
 from gap.search.fit import fit_causes
 from gap.search.look import Selection, Step
-from gap.search.options import fit_option
+from gap.search.options import fit_option, worth
 from tests.gap.toy import EFFECTS, Toy, toy_case, toy_references
 
 
@@ -51,6 +53,23 @@ def test_a_cause_that_only_the_whole_chain_cannot_follow_stays(
     monkeypatch.setattr(drop_module, "how_far", all_worse)
     left, _ = drop_worse(comparison, selected(comparison, [true, made_up]), 0)
     assert [one.effect for one in left.fitted.causes] == ["stiffness"]
+
+
+@pytest.mark.parametrize("references", [3, 0])
+def test_what_explains_most_of_its_channels_stays_though_cycles_differ_too_much_to_be_sure(
+    references: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One of a few held-out cycles is unlike the others: their scatter says nothing clearly."""
+    true, made_up = Cause("stiffness", ("c",), (0.8,)), Cause("bias", ("a",), (0.1,))
+    study = make_study(toy_case([true], 3), Toy(), toy_references(3)[:references])
+    comparison = compare(study, lambda _: None)
+
+    def never_sure(over: Advantage, parameters: int, blocks: int) -> bool:
+        return over.error == 0.0 and worth(over, parameters, blocks)
+
+    monkeypatch.setattr(held_stage, "worth", never_sure)
+    causes = selected(comparison, [true, made_up]).fitted.causes
+    assert [helps_its_stage(comparison, causes, at) for at in (0, 1)] == [references > 0, False]
 
 
 def test_the_reader_is_told_what_the_whole_chain_says(monkeypatch: pytest.MonkeyPatch) -> None:
