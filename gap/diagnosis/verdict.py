@@ -9,6 +9,7 @@ from gap.diagnosis.ambiguity import OpenRival
 from gap.diagnosis.detection import Detection
 from gap.diagnosis.findings import NamedCause, Value, Verdict
 from gap.diagnosis.how_far import HowFar
+from gap.diagnosis.motor_current import current_words
 from gap.diagnosis.study import FEWEST_REFERENCES, Study
 from gap.diagnosis.trend import Trend
 from gap.interfaces import Cause, Effect, place_words
@@ -159,6 +160,8 @@ def warnings_of(
             "a cause fitted to these runs is larger than in the references, but held-out runs are "
             "predicted worse with it: no gap is reported; record more runs if you suspect one"
         )
+    if not named and (currents := current_words(study)):
+        yield currents
     for one in named:
         place = place_words(one.effect, one.joints)
         if one.trend.surely(len(named)):
