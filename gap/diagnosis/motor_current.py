@@ -1,7 +1,7 @@
 """What motors draw, against references: nothing predicts it, and a loop can hide all else of a cause.
 
 A servo whose controller integrates pushes through friction, load or a bent part, and its shaft follows as
-before. Only its current shows it. Where the simulator does not predict currents, the reader is by_joint of the
+before. Only its current shows it. Where the simulator does not predict currents, the reader is told of the
 difference, and no verdict uses it.
 """
 
