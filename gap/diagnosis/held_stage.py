@@ -4,15 +4,16 @@ End to end, from commands alone, is no fair judge of a cause whose trace cannot 
 where a body swings on its legs, nobody knows in which phase. Each stage fed what was measured knows.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gap.constants import ACTS, HELD_OUT_MOST
+from gap.constants import HELD_OUT_MOST
 from gap.diagnosis.gap_evidence import GapEvidence
 from gap.interfaces import Cause, Drive
+from gap.residuals.evidence import Evidence
 from gap.search.cross_validation import Advantage, advantage
-from gap.search.options import usual_energy, worth
+from gap.search.options import acting, usual_energy, worth
 from gap.search.replacement import without
 from model.values.arrays import FloatArray
 
@@ -24,28 +25,11 @@ def helps_its_stage(comparison: GapEvidence, causes: tuple[Cause, ...], at: int)
     most cycles: of a few cycles, in which a robot begins to walk, one can be unlike the others.
     False for a simulator in one piece, which cannot be fed what was measured.
     """
-    scores = _held_scores(comparison, causes, at)
-    if scores is None:
+    judged = _judged(comparison, causes, at)
+    if judged is None:
         return False
-    clear = worth(scores[0], len(causes[at].values), len(scores[1]))
-    return clear or _explains_most(comparison, causes, at)
-
-
-def _explains_most(comparison: GapEvidence, causes: tuple[Cause, ...], at: int) -> bool:
-    """Whether most of the energy beyond healthy runs' is explained, in the median of held-out cycles."""
-    healthy = comparison.healthy
-    if healthy is None or not agrees(comparison, causes, at):
-        return False
-    held = comparison.study.held_evidence(comparison.study.local)
-    with_it, without_it = held.residuals([causes, without(causes, at)])
-    gained = (held.score(without_it) - held.score(with_it)).sum(axis=0)
-    acts = gained > ACTS * gained.max()
-    before = held.per_block(without_it**2)
-    closed = (before - held.per_block(with_it**2))[:, acts].sum(axis=1)
-    usual = usual_energy(held, healthy)
-    there = np.fmax((before - usual)[:, acts].sum(axis=1), closed)
-    shares = closed / np.where(there > 0.0, there, np.inf)
-    return float(np.median(shares)) > HELD_OUT_MOST
+    clear = worth(judged.gain, judged.parameters, len(judged.score_without))
+    return clear or (judged.agrees() and _explains_most(judged, comparison.healthy))
 
 
 def agrees(comparison: GapEvidence, causes: tuple[Cause, ...], at: int, least: float = 0.0) -> bool:
@@ -55,23 +39,58 @@ def agrees(comparison: GapEvidence, causes: tuple[Cause, ...], at: int, least: f
     of a few slow cycles cannot say it: a sensor that drifts is worse in each cycle than in the one before.
     ``least`` is the share of the score without the cause that it must close.
     """
-    scores = _held_scores(comparison, causes, at)
-    if scores is None:
-        return False
-    gain, without_it = scores
-    closes = gain.nats >= least * float(without_it.sum())
-    return closes and worth(replace(gain, error=0.0), len(causes[at].values), len(without_it))
+    judged = _judged(comparison, causes, at)
+    return judged is not None and judged.agrees(least)
 
 
-def _held_scores(
-    comparison: GapEvidence, causes: tuple[Cause, ...], at: int
-) -> tuple[Advantage, FloatArray] | None:
-    """What a cause gains on held-out runs, and the score of each block without it; None if unknown."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Judged:
+    """A cause on held-out runs.
+
+    Attributes:
+        held: The runs, each stage fed what was measured.
+        with_it: What all causes leave, (F, C).
+        without_it: What all others leave, (F, C).
+        parameters: Of the cause.
+        score_without: Of each block, without it, (B,).
+        gain: What it gains.
+    """
+
+    held: Evidence
+    with_it: FloatArray
+    without_it: FloatArray
+    parameters: int
+    score_without: FloatArray
+    gain: Advantage
+
+    def agrees(self, least: float = 0.0) -> bool:
+        """Whether it gains more than its numbers cost, and this share of the score."""
+        closes = self.gain.nats >= least * float(self.score_without.sum())
+        certain = replace(self.gain, error=0.0)
+        return closes and worth(certain, self.parameters, len(self.score_without))
+
+
+def _judged(comparison: GapEvidence, causes: tuple[Cause, ...], at: int) -> _Judged | None:
+    """One cause, judged; None for a simulator that cannot be fed what was measured."""
     study = comparison.study
     if study.local is Drive.COMMAND:
         return None
     held = study.held_evidence(study.local)
-    with_it, without_it = (
-        held.score(one).sum(axis=1) for one in held.residuals([causes, without(causes, at)])
-    )
-    return advantage(with_it, without_it, held.block_part), without_it
+    with_it, without_it = held.residuals([causes, without(causes, at)])
+    score, score_without = (held.score(one).sum(axis=1) for one in (with_it, without_it))
+    gain = advantage(score, score_without, held.block_part)
+    return _Judged(held, with_it, without_it, len(causes[at].values), score_without, gain)
+
+
+def _explains_most(judged: _Judged, healthy: Evidence | None) -> bool:
+    """Whether most of the energy beyond healthy runs' is explained, in the median of held-out cycles."""
+    if healthy is None:
+        return False
+    held, with_it, without_it = judged.held, judged.with_it, judged.without_it
+    on = acting((held.score(without_it) - held.score(with_it)).sum(axis=0))
+    before = held.per_block(without_it**2)
+    closed = (before - held.per_block(with_it**2))[:, on].sum(axis=1)
+    beyond = (before - usual_energy(held, healthy))[:, on].sum(axis=1)
+    there = np.fmax(beyond, closed)
+    shares = closed / np.where(there > 0.0, there, np.inf)
+    return float(np.median(shares)) > HELD_OUT_MOST

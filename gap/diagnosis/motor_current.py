@@ -9,11 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gap.diagnosis.study import Study
+from gap.diagnosis.study import FEWEST_REFERENCES, Study
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 
-FEWEST_REFERENCES = 3
 # All trials beyond all references, by this factor: fifty per cent is more than warm gears differ by.
 CLEAR_RATIO = 1.5
 LEAST_A = 0.05  # some counts of a servo's register (3.36 mA each in an MX-106)

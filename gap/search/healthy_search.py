@@ -18,7 +18,7 @@ from gap.residuals.chances import HeldOutChances, leave_each_out
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, laid_over
 from gap.search.novelty import SEEN, across_of, chance_of
-from gap.search.scatter import Scatter, UsualScatter, pooled, steadied, usual_scatter
+from gap.search.scatter import Scatter, UsualScatter, pooled, usual_scatter
 from gap.search.screen import Signature, Signatures
 from model.values.arrays import FloatArray
 
@@ -77,9 +77,8 @@ class HealthySearch:
                 continue
             for place, direction in enumerate(np.eye(len(own.signature.rows))):
                 known = _finite(own.along(direction))
-                one = pooled([known], [_finite(other.along(direction)) for other in others])
-                if not others:
-                    one = steadied(one, _in_sizes(self.usual, own, direction))
+                elsewhere = [_finite(other.along(direction)) for other in others]
+                one = pooled([known], elsewhere, _in_sizes(self.usual, own, direction))
                 if not len(known) or one.free <= 0:
                     yield own.signature, place, np.inf
                     continue
@@ -105,31 +104,52 @@ def search_healthy(
     """
     fits = _fits_of(evidence, signatures, runs)
     count = len({one.signature.candidate.family for one, _ in fits})
-    chances = []
+    changes, chances = _sizes_of(fits), []
     for held, others in leave_each_out(len(runs)):
-        usual = _usual(fits, others)
+        usual = _usual(changes, list(others))
         best = min((_chance(own, rest, held, others, usual) for own, rest in fits), default=1.0)
         chances.append(min(1.0, count * best))
-    usual = _usual(fits, range(len(runs)))
+    usual = _usual(changes, list(range(len(runs))))
     return HealthySearch(max(count, 1), HeldOutChances(tuple(chances)), usual, fits)
 
 
-def _usual(fits: Sequence[tuple[_Fits, tuple[_Fits, ...]]], runs: Sequence[int]) -> UsualScatter:
-    """How much candidates scatter between some of the runs; those of the machine, and those at a joint."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sizes:
+    """Sizes of one change in R healthy runs, NaN where it does not show, and its energies, (R,) each.
+
+    ``weight`` is one over the number of changes that its cause has in all its forms.
+    """
+
+    at_a_joint: bool
+    weight: float
+    size: FloatArray
+    energy: FloatArray
+
+
+def _sizes_of(fits: Sequence[tuple[_Fits, tuple[_Fits, ...]]]) -> list[_Sizes]:
     forms = Counter(own.signature.candidate.family for own, _ in fits)
+    return [
+        _Sizes(
+            bool(own.signature.candidate.joints),
+            1.0 / (len(own.signature.rows) * forms[own.signature.candidate.family]),
+            own.along(direction),
+            own.energy(direction),
+        )
+        for own, _ in fits
+        if own.signature.offset < 0
+        for direction in np.eye(len(own.signature.rows))
+    ]
+
+
+def _usual(changes: Sequence[_Sizes], runs: Sequence[int]) -> UsualScatter:
+    """How much causes scatter between some of the runs; those of the machine, and those at a joint."""
     scatters: dict[bool, list[tuple[float, float, float]]] = {False: [], True: []}
-    for own, _ in fits:
-        if own.signature.offset >= 0:
-            continue
-        size = len(own.signature.rows)
-        weight = 1.0 / (size * forms[own.signature.candidate.family])
-        for direction in np.eye(size):
-            sizes, energy = own.along(direction)[list(runs)], own.energy(direction)[list(runs)]
-            seen = np.isfinite(sizes)
-            if seen.sum() >= FEWEST_SEEN:
-                variance = float(sizes[seen].var(ddof=1) * energy[seen].mean())
-                one = (variance, seen.sum() - 1.0, weight)
-                scatters[bool(own.signature.candidate.joints)].append(one)
+    for one in changes:
+        size, energy = one.size[runs], one.energy[runs]
+        seen = np.isfinite(size)
+        if seen.sum() >= FEWEST_SEEN:
+            variance = float(size[seen].var(ddof=1) * energy[seen].mean())
+            scatters[one.at_a_joint].append((variance, seen.sum() - 1.0, one.weight))
     whole, joint = (
         usual_scatter(*np.array(scatters[kind]).reshape(-1, 3).T) for kind in (False, True)
     )

@@ -20,7 +20,7 @@ from gap.interfaces import Cause, Effect, Parameter, places_for
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import step_of
 from gap.search.fit import Fitted
-from gap.search.scatter import FEWEST_SIZES, UNKNOWN, Scatter, UsualScatter, pooled, steadied
+from gap.search.scatter import UNKNOWN, Scatter, UsualScatter, pooled
 from model.values.arrays import FloatArray
 
 SEEN = 1e-3  # share of energy below which a change does not show
@@ -79,9 +79,8 @@ def chance_of(
         f = ahead**2 / max(one.variance * runs, 1e-24) / directions
         return float(special.fdtrc(directions, one.free, f))
 
-    alone = chance(steadied(pooled([seen, known], ()), usual))
-    elsewhere = [one for one in others if len(one) >= FEWEST_SIZES]
-    alike = chance(pooled([seen, known], elsewhere)) if elsewhere else alone
+    alike = chance(pooled([seen, known], others, usual))
+    alone = chance(pooled([seen, known], (), usual)) if others else alike
     return float((1.0 - JOINT_UNLIKE) * alike + JOINT_UNLIKE * alone)
 
 

@@ -51,8 +51,7 @@ def share_of(
     """Share of the score beyond the usual that an option closes in the channels in which it acts."""
     before = evidence.score(standing.residual).sum(axis=0)
     gain = before - evidence.score(option.fitted.residual).sum(axis=0)
-    on = gain > ACTS * gain.max()
-    return _closed(before, gain, usual, on)
+    return _closed(before, gain, usual, acting(gain))
 
 
 def energy_share_of(
@@ -64,11 +63,16 @@ def energy_share_of(
     closes a tenth of its score.
     """
     score = evidence.score(standing.residual) - evidence.score(option.fitted.residual)
-    on = score.sum(axis=0) > ACTS * score.sum(axis=0).max()
+    on = acting(score.sum(axis=0))
     usual = usual_energy(evidence, healthy).sum(axis=0)
     before = (standing.residual**2).sum(axis=0)
     gain = before - (option.fitted.residual**2).sum(axis=0)
     return _closed(before, gain, usual, on)
+
+
+def acting(gain: FloatArray) -> BoolArray:
+    """Return the channels in which a cause acts, given what it gains in the score of each, (C,)."""
+    return np.asarray(gain > ACTS * gain.max())
 
 
 def _closed(

@@ -53,15 +53,19 @@ class UsualScatter:
         return self.joint if at_a_joint else self.whole
 
 
-def pooled(own: Sequence[FloatArray], others: Sequence[FloatArray]) -> Scatter:
+def pooled(
+    own: Sequence[FloatArray], others: Sequence[FloatArray], usual: Scatter = UNKNOWN
+) -> Scatter:
     """Return the scatter about the mean of each own group, steadied by that at the other joints.
 
-    The more the joints' variances differ among each other, the less the others' are worth.
+    The more the joints' variances differ among each other, the less the others' are worth. Where there are
+    no other joints, ``usual`` steadies it: how much other causes scatter.
     """
     square, free = scatter(own)
+    alone = Scatter(square / free, free) if free else Scatter(np.inf, 0)
     there = [one for one in others if len(one) >= FEWEST_SIZES]
     if not there:
-        return Scatter(square / free, free) if free else Scatter(np.inf, 0)
+        return steadied(alone, usual)
     known = own[-1]
     groups = [*there, known] if len(known) >= FEWEST_SIZES else there
     least = 1e-12 * max(float(np.mean([one.var(ddof=1) for one in groups])), 1e-300)
@@ -70,19 +74,17 @@ def pooled(own: Sequence[FloatArray], others: Sequence[FloatArray]) -> Scatter:
     prior_free = 2.0 * _trigamma_inverse(_differ(logs, frees))
     # the joint's own runs have half a say at least: it may be the one that is unlike the others
     prior_free = min(prior_free, max(float(free), 1.0))
-    centre = float(np.mean((logs - _bias(frees))[: len(there)]))
-    prior = Scatter(float(np.exp(centre + _bias(prior_free))), prior_free)
-    return steadied(Scatter(square / free if free else 0.0, free), prior)
+    return steadied(alone, _prior(float(np.mean((logs - _bias(frees))[: len(there)])), prior_free))
 
 
 def steadied(own: Scatter, by: Scatter) -> Scatter:
     """Return a scatter with another's say in it, which is at most as much as its own."""
     free = min(by.free, max(own.free, 1.0))
-    whole = own.free + free
-    if not whole > 0.0:
+    if not free > 0.0:
         return own
-    square = (own.free * own.variance if own.free > 0.0 else 0.0) + free * by.variance
-    return Scatter(square / whole, whole)
+    square = own.free * own.variance if own.free else 0.0
+    whole = own.free + free
+    return Scatter((square + free * by.variance) / whole, whole)
 
 
 def usual_scatter(variances: FloatArray, frees: FloatArray, weights: FloatArray) -> Scatter:
@@ -101,6 +103,11 @@ def usual_scatter(variances: FloatArray, frees: FloatArray, weights: FloatArray)
     spread = float(share @ (logs - centre) ** 2) / max(1.0 - float(share @ share), 1e-9)
     differ = spread - float(share @ special.polygamma(1, frees / 2))
     free = 2.0 * _trigamma_inverse(max(differ, 0.0))
+    return _prior(centre, free)
+
+
+def _prior(centre: float, free: float) -> Scatter:
+    """A scatter whose logarithm, free of the bias of few runs, is expected at ``centre``."""
     return Scatter(float(np.exp(centre + _bias(free))), free)
 
 
