@@ -62,12 +62,12 @@ def detect(evidence: Evidence, healthy: Sequence[Healthy], p_cause: float) -> De
 
 
 def detectable(
-    signatures: Signatures, search: HealthySearch | None, trials: int
+    signatures: Signatures, search: HealthySearch | None, trials: Sequence[str]
 ) -> tuple[Detectable, ...]:
     """Return the smallest size of each effect's parameters that would have shown, at its blindest joint.
 
     Sizes are to first order, by the rule that names causes: beyond the noise of the trials and, where
-    references were searched, beyond their scatter. There are so many trials to fit to.
+    references were searched, beyond their scatter. There are trials of these gaits to fit to.
     """
     beyond_noise = np.sqrt(2.0 * (WORTH_NATS + 1.0))
     spreads: dict[int, float] = {}

@@ -221,7 +221,9 @@ def _diagnosis(
         held_out_trials=tuple(sorted({part.trial for part in study.held})),
         baselines=baselines(evidence, comparison.signatures),
         detectable=detectable(
-            comparison.signatures, known.search if known else None, len(study.fitted)
+            comparison.signatures,
+            known.search if known else None,
+            [part.gait for part in study.fitted],
         ),
         next=runs,
         new_commands=new_commands((*study.fitted, *study.held), study.references),

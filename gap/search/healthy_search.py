@@ -18,8 +18,9 @@ from gap.residuals.chances import HeldOutChances, leave_each_out
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, laid_over
 from gap.search.novelty import SEEN, across_of, chance_of
-from gap.search.scatter import Scatter, UsualScatter, pooled, usual_scatter
+from gap.search.scatter import Scatter, UsualScatter, pooled, usual_scatter, variance_of
 from gap.search.screen import Signature, Signatures
+from gap.search.sizes import Sizes, ahead_of, likeliest_share
 from model.values.arrays import FloatArray
 
 FEWEST_SEEN = 3  # runs that show a change, from which its scatter counts
@@ -30,6 +31,7 @@ class _Fits:
     """A candidate in R healthy runs: pull on its D directions, (R, D), and their energies, (R, D, D)."""
 
     signature: Signature
+    gaits: tuple[str, ...]
     pull: FloatArray
     gram: FloatArray
 
@@ -37,12 +39,12 @@ class _Fits:
         """Return the energy of a change in each run, one over the variance of its size by noise, (R,)."""
         return np.asarray(np.einsum("d,rde,e->r", direction, self.gram, direction))
 
-    def along(self, direction: FloatArray) -> FloatArray:
-        """Return the size of a change in each run that shows it; NaN in others, (R,)."""
+    def along(self, direction: FloatArray) -> Sizes:
+        """Return the size of a change in each run that shows it; NaN in others."""
         energy = self.energy(direction)
         seen = energy > SEEN * max(float(energy.max()), 1e-30)
         size = self.pull @ direction / np.where(seen, energy, 1.0)
-        return np.where(seen, size, np.nan)
+        return Sizes(np.where(seen, size, np.nan), self.gaits)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,27 +66,31 @@ class HealthySearch:
         """Return what the chance of one candidate is worth, as the best of all that were tried."""
         return self.chances.calibrated(min(1.0, self.candidates * chance))
 
-    def visible_sizes(self, level: float, trials: int) -> Iterator[tuple[Signature, int, float]]:
+    def visible_sizes(
+        self, level: float, trials: Sequence[str]
+    ) -> Iterator[tuple[Signature, int, float]]:
         """Return each signature with a place in it and how many spreads of its parameter would be named.
 
         Args:
             level: Chance at which a cause is named.
-            trials: How many trials there are to fit to.
+            trials: Gaits of the trials that there are to fit to.
         """
         needed = self.chances.needed(level) / self.candidates
         for own, others in self._fits:
             if own.signature.offset >= 0:
                 continue
             for place, direction in enumerate(np.eye(len(own.signature.rows))):
-                known = _finite(own.along(direction))
-                elsewhere = [_finite(other.along(direction)) for other in others]
+                runs = range(len(own.gaits))
+                known = own.along(direction).taken(runs)
+                elsewhere = [other.along(direction).taken(runs) for other in others]
                 one = pooled([known], elsewhere, _in_sizes(self.usual, own, direction))
                 if not len(known) or one.free <= 0:
                     yield own.signature, place, np.inf
                     continue
                 own_level = needed / own.signature.candidate.forms
                 beyond = float(np.sqrt(special.fdtri(1, one.free, 1.0 - own_level)))
-                error = np.sqrt(one.variance * (1 / len(known) + 1 / max(trials, 1)))
+                seen = Sizes(np.zeros(len(trials)), tuple(trials))
+                error = np.sqrt(one.variance * ahead_of(seen, known, one.gaits_differ)[1])
                 yield (
                     own.signature,
                     place,
@@ -115,15 +121,20 @@ def search_healthy(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sizes:
-    """Sizes of one change in R healthy runs, NaN where it does not show, and its energies, (R,) each.
+    """Sizes of one change in R healthy runs, NaN where it does not show, and its energies, (R,).
 
     ``weight`` is one over the number of changes that its cause has in all its forms.
     """
 
     at_a_joint: bool
     weight: float
-    size: FloatArray
+    size: Sizes
     energy: FloatArray
+
+    def mean_energy(self, runs: Sequence[int]) -> float:
+        """Of those of some runs that show it."""
+        energy = self.energy[runs]
+        return float(energy[np.isfinite(self.size.values[runs])].mean())
 
 
 def _sizes_of(fits: Sequence[tuple[_Fits, tuple[_Fits, ...]]]) -> list[_Sizes]:
@@ -143,17 +154,17 @@ def _sizes_of(fits: Sequence[tuple[_Fits, tuple[_Fits, ...]]]) -> list[_Sizes]:
 
 def _usual(changes: Sequence[_Sizes], runs: Sequence[int]) -> UsualScatter:
     """How much causes scatter between some of the runs; those of the machine, and those at a joint."""
-    scatters: dict[bool, list[tuple[float, float, float]]] = {False: [], True: []}
-    for one in changes:
-        size, energy = one.size[runs], one.energy[runs]
-        seen = np.isfinite(size)
-        if seen.sum() >= FEWEST_SEEN:
-            variance = float(size[seen].var(ddof=1) * energy[seen].mean())
-            scatters[one.at_a_joint].append((variance, seen.sum() - 1.0, one.weight))
-    whole, joint = (
-        usual_scatter(*np.array(scatters[kind]).reshape(-1, 3).T) for kind in (False, True)
-    )
-    return UsualScatter(whole, joint)
+    return UsualScatter(*(_usual_of_kind(changes, runs, kind) for kind in (False, True)))
+
+
+def _usual_of_kind(changes: Sequence[_Sizes], runs: Sequence[int], at_a_joint: bool) -> Scatter:
+    kind = [(one, one.size.taken(runs)) for one in changes if one.at_a_joint == at_a_joint]
+    shown = [(one, sizes) for one, sizes in kind if len(sizes) >= FEWEST_SEEN]
+    weights = np.array([one.weight for one, _ in shown])
+    differ = likeliest_share([sizes for _, sizes in shown], weights)
+    variances = [variance_of(sizes, differ) * one.mean_energy(runs) for one, sizes in shown]
+    frees = np.array([len(sizes) - 1.0 for _, sizes in shown])
+    return usual_scatter(np.array(variances), frees, weights, differ)
 
 
 def _in_sizes(usual: UsualScatter, own: _Fits, direction: FloatArray) -> Scatter:
@@ -171,21 +182,18 @@ def _chance(
     ridge = 1e-9 * max(float(np.trace(gram)), 1e-30)
     direction = np.linalg.solve(gram + ridge * np.eye(size), own.pull[held])
     sizes = own.along(direction)
-    if not np.isfinite(sizes[held]):
+    seen = sizes.taken([held])
+    if not len(seen):
         return 1.0
-    known = _finite(sizes[list(others)])
-    elsewhere = [_finite(one.along(direction)[list(others)]) for one in rest]
+    known = sizes.taken(others)
+    elsewhere = [one.along(direction).taken(others) for one in rest]
     if size > 1:
         across = across_of(own.gram[held], direction)
-        elsewhere += [_finite(own.along(other)[list(others)]) for other in across]
+        elsewhere += [own.along(other).taken(others) for other in across]
     parameters = len(own.signature.candidate.effect.parameters)
     expected = _in_sizes(usual, own, direction)
-    one = chance_of(sizes[[held]], known, elsewhere, parameters, expected)
+    one = chance_of(seen, known, elsewhere, parameters, expected)
     return min(1.0, own.signature.candidate.forms * one)
-
-
-def _finite(values: FloatArray) -> FloatArray:
-    return np.asarray(values[np.isfinite(values)])
 
 
 def _fits_of(
@@ -200,6 +208,7 @@ def _fits_of(
     for r, (part, run) in enumerate(zip(parts, runs, strict=True)):
         laid = laid_over(evidence.parts[part], run) * (evidence.whiteners[part].gain > 0)
         pulls[:, r] = signatures.matrix[:, slices[part]] @ laid.ravel().astype(np.float32)
+    gaits = tuple(run.part.gait for run in runs)
     made: dict[str, list[_Fits]] = {}
     for one in signatures.each:
         rows = list(one.rows) if one.offset < 0 else [one.offset]
@@ -209,7 +218,7 @@ def _fits_of(
         for part in set(parts):
             cut = signatures.matrix[rows, slices[part]].astype(np.float64)
             grams[part] = cut @ cut.T
-        fit = _Fits(one, pulls[rows].T, np.array([grams[part] for part in parts]))
+        fit = _Fits(one, gaits, pulls[rows].T, np.array([grams[part] for part in parts]))
         made.setdefault(one.candidate.effect.name, []).append(fit)
     return tuple(
         (one, tuple(other for other in group if _same_elsewhere(one, other)))

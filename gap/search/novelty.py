@@ -21,6 +21,7 @@ from gap.residuals.evidence import Evidence
 from gap.search.candidates import step_of
 from gap.search.fit import Fitted
 from gap.search.scatter import UNKNOWN, Scatter, UsualScatter, pooled
+from gap.search.sizes import Sizes, ahead_of
 from model.values.arrays import FloatArray
 
 SEEN = 1e-3  # share of energy below which a change does not show
@@ -51,27 +52,26 @@ def chance_healthy(
 
 
 def chance_of(
-    seen: FloatArray,
-    known: FloatArray,
-    others: Sequence[FloatArray],
+    seen: Sizes,
+    known: Sizes,
+    others: Sequence[Sizes],
     parameters: int,
     usual: Scatter = UNKNOWN,
 ) -> float:
     """Return the chance of the mean of sizes seen, if they were as those that are known.
 
     Args:
-        seen: Sizes in the trials, (M,).
-        known: In references, (N,); 0 is expected where there are none.
+        seen: Sizes in M trials.
+        known: In N references; 0 is expected where there are none.
         others: In references at each of the other joints at which the effect could act, and along the
             other directions of its numbers.
         parameters: Of the cause; none counts as one.
         usual: How much sizes of other causes scatter, in units of these sizes.
     """
-    mean = float(known.mean()) if len(known) else 0.0
-    ahead = float(seen.mean()) - mean
+    ahead, runs = ahead_of(seen, known, usual.gaits_differ)
     if ahead <= 0.0:
         return 1.0
-    runs, directions = 1 / max(len(known), 1) + 1 / len(seen), max(parameters, 1)
+    directions = max(parameters, 1)
 
     def chance(one: Scatter) -> float:
         if one.free <= 0.0:
@@ -84,8 +84,8 @@ def chance_of(
     return float((1.0 - JOINT_UNLIKE) * alike + JOINT_UNLIKE * alone)
 
 
-def sizes_in_trials(evidence: Evidence, fitted: Fitted, added: Cause) -> FloatArray:
-    """Size of one of the fitted causes in each run, (R,), 1 where it is as fitted to all of them."""
+def sizes_in_trials(evidence: Evidence, fitted: Fitted, added: Cause) -> Sizes:
+    """Size of one of the fitted causes in each run, 1 where it is as fitted to all of them."""
     rest = tuple(one for one in fitted.causes if one is not added)
     without = evidence.residuals([rest])[0]
     return amplitudes(
@@ -95,15 +95,15 @@ def sizes_in_trials(evidence: Evidence, fitted: Fitted, added: Cause) -> FloatAr
 
 def sizes_in_references(
     healthy: Evidence, causes: Sequence[Cause]
-) -> list[tuple[FloatArray, FloatArray]]:
-    """Return for each cause by itself its size in each reference, (R,), and the variance by noise, (R,)."""
+) -> list[tuple[Sizes, FloatArray]]:
+    """Return for each cause by itself its size in each of R references, and the variance by noise, (R,)."""
     base, weights = healthy.base, healthy.weights(healthy.base)
     changed = healthy.residuals([(one,) for one in causes])
     return [amplitudes(healthy, base, base - one, weights) for one in changed]
 
 
-def sizes_across(healthy: Evidence, added: Cause, effect: Effect) -> list[FloatArray]:
-    """Return the sizes in references of changes across a cause of several numbers, (R,) each.
+def sizes_across(healthy: Evidence, added: Cause, effect: Effect) -> list[Sizes]:
+    """Return the sizes in references of changes across a cause of several numbers.
 
     A run's scatter shows along all of them. Each has the energy of the cause itself, and none of its shape.
     """
@@ -151,8 +151,8 @@ def across_of(gram: FloatArray, direction: FloatArray) -> FloatArray:
 
 def amplitudes(
     evidence: Evidence, residual: FloatArray, change: FloatArray, weights: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Fit a change to each run by its size alone: sizes (R,), and their variances by noise (R,).
+) -> tuple[Sizes, FloatArray]:
+    """Fit a change to each of R runs by its size alone: sizes, and their variances by noise, (R,).
 
     Runs in which the change cannot be seen are left out.
     """
@@ -163,4 +163,5 @@ def amplitudes(
     pull = np.array([along[evidence.block_part == run].sum() for run in runs])
     size = np.array([power[evidence.block_part == run].sum() for run in runs])
     seen = size > 1e-3 * max(float(size.max()), 1e-30)
-    return pull[seen] / size[seen], 1.0 / size[seen]
+    gaits = tuple(evidence.parts[run].gait for run in runs[seen])
+    return Sizes(pull[seen] / size[seen], gaits), 1.0 / size[seen]

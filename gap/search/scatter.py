@@ -7,12 +7,13 @@ each of a distribution whose width is estimated (Smyth 2004, Stat. Appl. Genet. 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import optimize, special
 
 from gap.constants import JOINTS_DIFFER, JOINTS_DIFFER_WORTH
+from gap.search.sizes import Sizes, scatter_of
 from model.values.arrays import FloatArray
 
 MOST_FREE = 1e6  # degrees of freedom that count as a variance that is known
@@ -23,14 +24,19 @@ LEAST_VARIANCE = 1e-6  # of noise's
 
 @dataclass(frozen=True, slots=True)
 class Scatter:
-    """Variance of one run, and the degrees of freedom that it is known with."""
+    """Variance of one run, and the degrees of freedom that it is known with.
+
+    Attributes:
+        gaits_differ: Variance between gaits over that between runs of one gait.
+    """
 
     variance: float
     free: float
+    gaits_differ: float = 0.0
 
     def times(self, factor: float) -> "Scatter":
         """Return it in other units."""
-        return Scatter(self.variance * factor, self.free)
+        return replace(self, variance=self.variance * factor)
 
 
 UNKNOWN = Scatter(0.0, 0.0)
@@ -53,23 +59,21 @@ class UsualScatter:
         return self.joint if at_a_joint else self.whole
 
 
-def pooled(
-    own: Sequence[FloatArray], others: Sequence[FloatArray], usual: Scatter = UNKNOWN
-) -> Scatter:
+def pooled(own: Sequence[Sizes], others: Sequence[Sizes], usual: Scatter = UNKNOWN) -> Scatter:
     """Return the scatter about the mean of each own group, steadied by that at the other joints.
 
     The more the joints' variances differ among each other, the less the others' are worth. Where there are
-    no other joints, ``usual`` steadies it: how much other causes scatter.
+    no other joints, ``usual`` steadies it: how much other causes scatter. Gaits differ as in ``usual``.
     """
-    square, free = scatter(own)
+    square, free = scatter_of(own, usual.gaits_differ)
     alone = Scatter(square / free, free) if free else Scatter(np.inf, 0)
     there = [one for one in others if len(one) >= FEWEST_SIZES]
     if not there:
         return steadied(alone, usual)
     known = own[-1]
     groups = [*there, known] if len(known) >= FEWEST_SIZES else there
-    least = 1e-12 * max(float(np.mean([one.var(ddof=1) for one in groups])), 1e-300)
-    logs = np.array([np.log(max(float(one.var(ddof=1)), least)) for one in groups])
+    variances = np.array([variance_of(one, usual.gaits_differ) for one in groups])
+    logs = np.log(np.maximum(variances, 1e-12 * max(float(variances.mean()), 1e-300)))
     frees = np.array([len(one) - 1.0 for one in groups])
     prior_free = 2.0 * _trigamma_inverse(_differ(logs, frees))
     # the joint's own runs have half a say at least: it may be the one that is unlike the others
@@ -87,13 +91,16 @@ def steadied(own: Scatter, by: Scatter) -> Scatter:
     return Scatter((square + free * by.variance) / whole, whole)
 
 
-def usual_scatter(variances: FloatArray, frees: FloatArray, weights: FloatArray) -> Scatter:
+def usual_scatter(
+    variances: FloatArray, frees: FloatArray, weights: FloatArray, gaits_differ: float = 0.0
+) -> Scatter:
     """Return how much a cause scatters if nothing is known but how much others do.
 
     Args:
         variances: Of K causes between runs, in units of what noise alone would make, (K,).
         frees: Degrees of freedom of each, (K,).
         weights: Of each; forms of one cause share one weight, (K,).
+        gaits_differ: With which these are variances between runs of one gait.
     """
     if len(variances) < FEWEST_CAUSES:
         return UNKNOWN
@@ -103,7 +110,7 @@ def usual_scatter(variances: FloatArray, frees: FloatArray, weights: FloatArray)
     spread = float(share @ (logs - centre) ** 2) / max(1.0 - float(share @ share), 1e-9)
     differ = spread - float(share @ special.polygamma(1, frees / 2))
     free = 2.0 * _trigamma_inverse(max(differ, 0.0))
-    return _prior(centre, free)
+    return replace(_prior(centre, free), gaits_differ=gaits_differ)
 
 
 def _prior(centre: float, free: float) -> Scatter:
@@ -141,6 +148,12 @@ def _trigamma_inverse(value: float) -> float:
         lambda log: float(special.polygamma(1, np.exp(log)) - value), np.log(low), np.log(high)
     )
     return float(np.exp(root))
+
+
+def variance_of(one: Sizes, gaits_differ: float) -> float:
+    """Return the variance of sizes between runs of one gait, of two or more."""
+    square, free = scatter_of([one], gaits_differ)
+    return square / free
 
 
 def scatter(groups: Sequence[FloatArray]) -> tuple[float, int]:

@@ -75,9 +75,9 @@ def _between_runs(
     evidence: Evidence, healthy: Evidence | None, fitted: Fitted, cause: Cause
 ) -> float:
     """Standard error of a cause's size as a share of it; 0 where there is only one run."""
-    groups = [sizes_in_trials(evidence, fitted, cause)]
+    groups = [sizes_in_trials(evidence, fitted, cause).values]
     if healthy is not None:
-        groups.append(sizes_in_references(healthy, [cause])[0][0])
+        groups.append(sizes_in_references(healthy, [cause])[0][0].values)
     square, free = scatter(groups)
     if free < 1:
         return 0.0

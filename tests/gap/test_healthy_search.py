@@ -15,6 +15,7 @@ from gap.search.novelty import chance_of
 from gap.search.scatter import pooled
 from gap.search.selection import select
 from record.trial.trial import Trial
+from tests.gap.sizes_of_runs import walked
 from tests.gap.toy import CONDITIONS, JOINTS, Toy, toy_trial
 
 LIKE = (0.05, 0.05, 0.05)
@@ -26,8 +27,9 @@ def _share_below(level: float, scale: float, seed: int, count: int = 1200) -> fl
     rng = np.random.default_rng(seed)
     hits = 0
     for _ in range(count):
-        seen, known = scale * rng.standard_normal(3), scale * rng.standard_normal(6)
-        hits += chance_of(seen, known, [rng.standard_normal(6) for _ in range(5)], 1) < level
+        seen, known = (walked(scale * rng.standard_normal(runs)) for runs in (3, 6))
+        others = [walked(rng.standard_normal(6)) for _ in range(5)]
+        hits += chance_of(seen, known, others, 1) < level
     return hits / count
 
 
@@ -46,8 +48,8 @@ def test_what_other_joints_are_worth_follows_how_alike_they_are(
     unlike: float, least: float, most: float
 ) -> None:
     rng = np.random.default_rng(3)
-    sizes = [scale * rng.standard_normal(6) for scale in (1, 1, unlike, 1 / unlike, 1)]
-    own = [np.array([0.1, -0.2, 0.3]), rng.standard_normal(6)]
+    sizes = [walked(scale * rng.standard_normal(6)) for scale in (1, 1, unlike, 1 / unlike, 1)]
+    own = [walked([0.1, -0.2, 0.3]), walked(rng.standard_normal(6))]
     assert least <= pooled(own, sizes).free <= most
 
 
@@ -111,7 +113,9 @@ def test_false_alarms_keep_the_printed_level(wander: tuple[float, ...]) -> None:
 def test_a_size_said_to_be_visible_is_found() -> None:
     healthy = _comparison(31, LIKE)
     assert healthy.known is not None
-    sizes = detectable(healthy.signatures, healthy.known.search, len(healthy.study.fitted))
+    sizes = detectable(
+        healthy.signatures, healthy.known.search, [part.gait for part in healthy.study.fitted]
+    )
     size = next(s.size for s in sizes if (s.effect, s.parameter) == ("stiffness", "ratio"))
     assert 0.1 < size < 0.5  # days scatter by 0.05, and there are 27 candidates
     soft = Cause("stiffness", ("b",), (1 - size,))

@@ -17,6 +17,7 @@ from gap.search.scatter import (
     usual_scatter,
 )
 from model.values.arrays import FloatArray
+from tests.gap.sizes_of_runs import walked
 
 FREE, RUNS, TRIALS = 6.0, 6, 3
 POSITIVE = st.floats(1e-3, 1e3)
@@ -78,10 +79,9 @@ def test_units_do_not_matter(factor: float, variance: float) -> None:
     rng = np.random.default_rng(4)
     seen, known, usual = 1 + rng.normal(size=3), rng.normal(size=6), Scatter(variance, 3.0)
     scale = np.sqrt(factor)
-    here = chance_of(seen, known, (), 1, usual)
-    assert chance_of(scale * seen, scale * known, (), 1, usual.times(factor)) == pytest.approx(
-        here, rel=1e-6
-    )
+    here = chance_of(walked(seen), walked(known), (), 1, usual)
+    larger = walked(scale * seen), walked(scale * known)
+    assert chance_of(*larger, (), 1, usual.times(factor)) == pytest.approx(here, rel=1e-6)
 
 
 @pytest.mark.parametrize("level", [0.05, 0.01])
@@ -93,8 +93,9 @@ def test_what_is_usual_keeps_the_level_over_causes_that_differ(level: float) -> 
     for variance in _variances(rng, count, FREE, 1.0):
         seen, known = (np.sqrt(variance) * rng.normal(size=n) for n in (TRIALS, RUNS))
         turn = np.sign(seen.mean() - known.mean())
-        hits += chance_of(turn * seen, turn * known, (), 1, usual) < level
-        alone += chance_of(turn * seen, turn * known, (), 1) < level
+        sizes = walked(turn * seen), walked(turn * known)
+        hits += chance_of(*sizes, (), 1, usual) < level
+        alone += chance_of(*sizes, (), 1) < level
     for alarms in (hits, alone):
         assert alarms <= stats.binom.ppf(0.99, count, level)
         assert alarms >= stats.binom.ppf(0.01, count, 0.7 * level), (
@@ -103,7 +104,7 @@ def test_what_is_usual_keeps_the_level_over_causes_that_differ(level: float) -> 
 
 
 def test_the_same_gap_is_surer_with_what_is_usual() -> None:
-    seen, known = np.array([0.92, 0.72, 0.74]), np.array([0.49, 0.45, 0.37, 0.35, 0.44, 0.46])
+    seen, known = walked([0.92, 0.72, 0.74]), walked([0.49, 0.45, 0.37, 0.35, 0.44, 0.46])
     own = pooled([seen, known], ())
     alone = chance_of(seen, known, (), 1)
     assert chance_of(seen, known, (), 1, Scatter(own.variance, 2.0)) < 0.4 * alone

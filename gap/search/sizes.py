@@ -1,0 +1,123 @@
+"""Sizes of a cause in runs of several gaits: their means, and what they scatter about them.
+
+Where the simulator is wrong in another way in another gait, the size of a cause changes with the gait, in
+references as in trials. So a run is compared most with runs of its own gait, as far as gaits differ: the
+gait is a random effect, and means and scatter are those of generalised least squares (Searle, Casella and
+McCulloch 1992, Variance Components, chapter 6, doi:10.1002/9780470316856).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from model.values.arrays import FloatArray
+
+# Variance between gaits over that between runs of one gait: which of these is likeliest is precise enough.
+SHARES = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
+SAME_LIKELIHOOD = 1e-6  # nats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sizes:
+    """Size of a cause in each of N runs.
+
+    Attributes:
+        values: (N,).
+        gaits: Of each run.
+    """
+
+    values: FloatArray
+    gaits: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.gaits)
+
+    def taken(self, runs: Sequence[int]) -> "Sizes":
+        """Return those of some runs, without those that do not show it (NaN)."""
+        kept = [run for run in runs if np.isfinite(self.values[run])]
+        return Sizes(self.values[kept], tuple(self.gaits[run] for run in kept))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Design:
+    """How the means of G groups of N runs together, and the scatter about them, follow from sizes.
+
+    Attributes:
+        means: Weights of each mean, (G, N).
+        covariance: Of the means, in units of the variance of one run, (G, G).
+        square: Quadratic form of the scatter, (N, N): ``free`` times the variance of a run is expected.
+        free: Degrees of freedom of the scatter.
+        logdet: Of the covariance of what is left without the means, for a likelihood.
+    """
+
+    means: FloatArray
+    covariance: FloatArray
+    square: FloatArray
+    free: int
+    logdet: float
+
+
+@lru_cache(maxsize=1024)
+def design(groups: tuple[tuple[str, ...], ...], gaits_differ: float) -> Design:
+    """Return it for groups of runs of these gaits, none of them empty.
+
+    Args:
+        groups: Gait of each run, by group; a gait changes the sizes of all groups alike.
+        gaits_differ: Variance between gaits over that between runs of one gait.
+    """
+    names = np.array([gait for group in groups for gait in group])
+    of = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
+    member = (of[:, None] == np.arange(len(groups))).astype(float)
+    covariance = np.eye(len(names)) + gaits_differ * (names[:, None] == names)
+    inverse = np.linalg.inv(covariance)
+    of_means = np.linalg.inv(member.T @ inverse @ member)
+    means = of_means @ member.T @ inverse
+    square = inverse - inverse @ member @ means
+    logdet = float(np.linalg.slogdet(covariance)[1] - np.linalg.slogdet(of_means)[1])
+    return Design(means, of_means, square, len(names) - len(groups), logdet)
+
+
+def scatter_of(groups: Sequence[Sizes], gaits_differ: float) -> tuple[float, int]:
+    """Return the squares of sizes about the means of their groups, summed, and the degrees of freedom."""
+    there = [one for one in groups if len(one)]
+    if not there:
+        return 0.0, 0
+    values = np.concatenate([one.values for one in there])
+    one = design(tuple(group.gaits for group in there), gaits_differ)
+    return max(float(values @ one.square @ values), 0.0), one.free
+
+
+def ahead_of(seen: Sizes, known: Sizes, gaits_differ: float) -> tuple[float, float]:
+    """Return by how much sizes are ahead of those that are known, and its variance in units of a run's.
+
+    0 is known where there are none.
+    """
+    if not len(known):
+        alone = design((seen.gaits,), gaits_differ)
+        return float(alone.means[0] @ seen.values), 1.0 + float(alone.covariance[0, 0])
+    both = design((seen.gaits, known.gaits), gaits_differ)
+    values = np.concatenate([seen.values, known.values])
+    turn = np.array([1.0, -1.0])
+    return float(turn @ both.means @ values), float(turn @ both.covariance @ turn)
+
+
+def likeliest_share(changes: Sequence[Sizes], weights: FloatArray) -> float:
+    """Return the variance between gaits, over that between runs of one gait, that is likeliest.
+
+    By the restricted likelihood of all changes together, each with a variance of its own. Runs of one gait
+    do not show it; 0 then.
+
+    Args:
+        changes: Sizes of K changes, two runs or more each.
+        weights: Of each, (K,).
+    """
+    nats = np.zeros(len(SHARES))
+    for one, weight in zip(changes, weights, strict=True):
+        for number, share in enumerate(SHARES):
+            square, free = scatter_of([one], share)
+            if square > 0.0:
+                logdet = design((one.gaits,), share).logdet
+                nats[number] -= 0.5 * weight * (logdet + free * np.log(square))
+    return SHARES[int(np.argmax(nats > nats.max() - SAME_LIKELIHOOD))]
