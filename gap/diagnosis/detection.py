@@ -2,8 +2,8 @@
 
 Two tests: the best candidate's size (``gap.search.healthy_search``), and the energies of the trials against
 those of references, whatever the candidates. Each reference held out shows what their chances are worth
-(``gap.residuals.chances``). Candidates have half of the level; energies have all of it, because with few
-references healthy machines reach it far less often.
+(``gap.residuals.chances``). Candidates have most of the level, because healthy machines hardly ever
+reach that of energies.
 """
 
 from collections.abc import Sequence
