@@ -18,9 +18,8 @@ from model.values.arrays import BoolArray, FloatArray
 SHORTLIST = 8
 MOST_OF_AN_EFFECT = 3
 NEAR_PLACES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # of the distance of places that were tried
-# Chance, among all candidates, of a healthy machine showing a cause that is named: half of the
-# level; energies have one of their own.
-# the rest of the level is for energies, which healthy machines hardly ever reach
+# Chance, among all candidates, of a healthy machine showing a cause that is named. The rest of the
+# false alarms is for energies, of which healthy machines hardly ever reach the level.
 CAUSE_LEVEL = 0.8 * FALSE_ALARMS
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
 
