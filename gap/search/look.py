@@ -11,6 +11,7 @@ from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
 from gap.search.at_once import each_of
 from gap.search.candidates import Family, families_of, size_of
+from gap.search.contained import containing
 from gap.search.edges import with_seen_edges
 from gap.search.fit import ROUNDS, Fitted
 from gap.search.healthy_search import HealthySearch
@@ -153,7 +154,7 @@ class Look:
                 forms.setdefault(gain.signature.candidate.family, []).append(gain)
         ranked = [best for best, *_ in forms.values()]
         options: list[Option] = []
-        usual: list[Option] = []
+        usual: list[tuple[Option, float]] = []
         least_p, level = 1.0, self.level(residual)
         for near, least in LISTS if self.healthy is not None else LISTS[:1]:
             listed = shortlist(ranked, self.search.shortlist, near, least)
@@ -171,11 +172,15 @@ class Look:
                 p = self.chance(one)
                 if p < level and self._closes_enough(one, selection):
                     one, p = self.off_bound(one, p, options)
-                    rivals = [other for other in options if other is not one and other not in usual]
-                    return one, p, tuple(sorted(rivals, key=rank))
+                    best = containing(self.evidence, one, usual)
+                    known = [other for other, _ in usual]
+                    rivals = [
+                        other for other in options if other not in known and other is not best
+                    ]
+                    return best, p, tuple(sorted(rivals, key=rank))
                 if self.healthy is None:
                     return one, 1.0, ()
-                usual.append(one)  # healthy runs show it as well: no rival of what is new
+                usual.append((one, p))  # healthy runs show it as well: no rival of what is new
                 least_p = min(least_p, max(p, level))
         return (min(options, key=rank), least_p, ()) if options else None
 
