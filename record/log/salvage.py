@@ -18,7 +18,6 @@ from typing import BinaryIO
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.reader import SeekingReader
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Message, Metadata, Schema
 from mcap.stream_reader import get_chunk_data_stream
 from zstandard import ZstdError
@@ -26,6 +25,7 @@ from zstandard import ZstdError
 from model.errors import RecordError
 from record.input_file import open_file
 from record.log.damage import Damage, Pass
+from record.log.file_index import read_index
 
 # What reading a damaged byte raises, by way of mcap, zstd, lz4 and our own decoder.
 DAMAGE = (
@@ -87,7 +87,7 @@ class _Salvage:
         progress.size = stream.seek(0, 2)
 
     def records(self, span: tuple[int, int] | None) -> Iterator[Content]:
-        yield from self._summary()
+        yield from self._index()
         self._stream.seek(0)
         if self._stream.read(len(MAGIC)) != MAGIC:
             self._lost(0, 0, "it does not begin like an MCAP file")
@@ -124,20 +124,17 @@ class _Salvage:
     def _last_chunk(self) -> int:
         return self._chunks[-1] if self._chunks else -1
 
-    def _summary(self) -> Iterator[Content]:
+    def _index(self) -> Iterator[Content]:
         """Read the index at the end, if there is a sound one: it knows channels and chunks."""
-        self._stream.seek(0)
         try:
-            summary = SeekingReader(self._stream).get_summary()
+            index = read_index(self._stream)
         except DAMAGE:
             return
-        if summary is None:
+        if index is None:
             return
-        self._chunks = sorted(index.chunk_start_offset for index in summary.chunk_indexes)
-        for schema in summary.schemas.values():
-            yield from self._once(schema)
-        for channel in summary.channels.values():
-            yield from self._once(channel)
+        self._chunks = [chunk.begin for chunk in index.chunks]
+        for record in (*index.schemas, *index.channels):
+            yield from self._once(record)
 
     def _once(self, record: Schema | Channel) -> Iterator[Content]:
         if isinstance(record, Schema):
