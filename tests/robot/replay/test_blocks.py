@@ -22,7 +22,7 @@ from robot.control.controller import Controller
 from robot.control.state_bytes import bytes_of_state
 from robot.replay.blocks import BLOCK_TICKS, step_in_blocks
 from robot.replay.step_through import step_through
-from robot.run.header import rebuild_controller
+from robot.run.rebuilt import rebuild_controller
 
 
 @pytest.fixture(scope="module")
