@@ -131,8 +131,10 @@ class _Salvage:
         if index is None:
             return
         self._chunks = [chunk.begin for chunk in index.chunks]
-        for record in (*index.schemas, *index.channels):
-            yield from self._once(record)
+        for schema in index.schemas:
+            yield from self._once(schema)
+        for channel in index.channels:
+            yield from self._once(channel)
 
     def _once(self, record: Schema | Channel) -> Iterator[Content]:
         if isinstance(record, Schema):
