@@ -7,6 +7,7 @@ long as two thousand ticks of a replay.
 import gc
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Future
+from functools import partial
 from pathlib import Path
 from typing import Protocol, TypeVar
 
@@ -54,10 +55,11 @@ def in_stretches(
     """
     try:
         with worker_pool(max(1, min(cores(), len(tasks)) - 1)) as pool:
-            waiting = {place: pool.submit(_worked, work, task) for place, task in enumerate(tasks)}
+            job = partial(_worked, work)
+            waiting = {place: pool.submit(job, task) for place, task in enumerate(tasks)}
             if not checksum_fits(path):
                 raise DifferentError  # the pool is left at once
-            for task, result in zip(tasks, _results(tasks, work, waiting), strict=True):
+            for task, result in zip(tasks, _results(tasks, job, waiting), strict=True):
                 take(result)
                 progress.position = task.stretch.span[1]
                 progress.tell()
@@ -87,7 +89,7 @@ def _results(
             if other is None:
                 break
             del waiting[other]
-            own[other] = _counting(_worked(work, tasks[other]))
+            own[other] = _counting(work(tasks[other]))
         yield own.pop(place) if place in own else _counting(waiting.pop(place).result())
 
 
