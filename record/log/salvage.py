@@ -24,9 +24,9 @@ from zstandard import ZstdError
 
 from model.errors import RecordError
 from record.input_file import open_file
-from record.log.chunk import FRAME, MESSAGE, MESSAGE_HEAD, believable_span, split_chunk
 from record.log.damage import Damage, Pass
-from record.log.file_index import read_index
+from record.log.framing.chunk import FRAME, MESSAGE, MESSAGE_HEAD, believable_span, split_chunk
+from record.log.framing.file_index import read_index
 
 # What reading a damaged byte raises, by way of mcap, zstd, lz4 and our own decoder.
 DAMAGE = (

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from record.input_file import open_file
 from record.log.cdr import HEADER
-from record.log.file_index import read_index
+from record.log.framing.file_index import read_index
 from record.log.reader import LogContents, TopicMessage, check_layout, read_messages
 from record.log.salvage import DAMAGE, MAGIC
 from record.log.state_message import STATE_TOPIC, LoggedState, decode_state

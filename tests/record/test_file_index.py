@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from mcap.reader import SeekingReader
 
-from record.log import file_index
-from record.log.file_index import ChunkPlace, FileIndex, read_index
+from record.log.framing import file_index
+from record.log.framing.file_index import ChunkPlace, FileIndex, read_index
 from record.log.salvage import DAMAGE
 from tests.record.test_log import write_log
 
