@@ -102,9 +102,15 @@ class BuehlerClock(DelayedLegs):
         """Return shaft motion at phases of any shape (...), as (..., N)."""
         sweep, slow, fast = self._speeds(steer)
         leg_phase = np.ascontiguousarray(self.leg_phase(phase))
+        duty, offset = self._duty_and_offset
+        if leg_phase.ndim == 1:  # of a tick: nothing to be laid flat
+            row = np.empty((3, 1, len(sweep)))
+            buehler_motion(
+                leg_phase[None], duty, offset, sweep, slow, fast, self._parameters.blend, row
+            )
+            return ShaftMotion(row[0, 0], row[1, 0], row[2, 0])
         motion = np.empty((3, *leg_phase.shape))
         flat = leg_phase.reshape(-1, len(sweep)), motion.reshape(3, -1, len(sweep))
-        duty, offset = self._duty_and_offset
         buehler_motion(flat[0], duty, offset, sweep, slow, fast, self._parameters.blend, flat[1])
         return ShaftMotion(*motion)
 

@@ -97,6 +97,8 @@ class DelayedLegs:
 
     def leg_phase(self, phase: FloatArray | float) -> FloatArray:
         """Return each leg's own phase, touchdown at whole numbers, (..., N) [cycles]."""
+        if isinstance(phase, float):  # of a tick
+            return phase - self._delay + self.rounding
         legs: FloatArray = np.asarray(phase, dtype=np.float64)[..., None] - self._delay
         return legs + self.rounding
 

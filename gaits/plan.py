@@ -5,10 +5,13 @@ The controller holds one plan at a time: ``Hold`` still, ``LegMoves`` one leg af
 start pose leg by leg, speed up. Angles never jump across any of these.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
+from gaits.buehler import BuehlerClock
 from gaits.gait import TURN, Gait
 from gaits.moves import LegMoves
 from model.values.arrays import FloatArray
@@ -129,6 +132,25 @@ class Walking:
             rate = rate + (further - motion.angle_rad) / _STEER_STEP * steering
         return motion.angle_rad + self.turns_rad, rate
 
+    def ahead(self, times_ns: Sequence[int]) -> list["Goals"]:
+        """Return ``phase`` and ``at`` of many times in order, the same numbers; none if it is not certain.
+
+        It is certain where one compiled call is all that makes the motion, and steering is over.
+
+        Args:
+            times_ns: The times, at least one.
+        """
+        if not isinstance(self.gait, BuehlerClock) or not self.steer.done(times_ns[0]):
+            return []
+        phases = [self.phase(t_ns) for t_ns in times_ns]
+        motion = self.gait.motion(np.array(phases), self.steer.value(times_ns[0]))
+        frequencies = np.array([self.frequency.value(t_ns) for t_ns in times_ns])
+        angle_rad = motion.angle_rad + self.turns_rad
+        rate_rad_s = motion.slope * frequencies[:, None]
+        return [
+            Goals(self, *row) for row in zip(times_ns, phases, angle_rad, rate_rad_s, strict=True)
+        ]
+
     def retuned(self, t_ns: int, frequency_hz: float) -> "Walking":
         """Return the plan with another frequency, ramped."""
         if frequency_hz == self.frequency.end:
@@ -150,6 +172,24 @@ class Walking:
     def stopped(self, t_ns: int) -> bool:
         """Whether the plan has come to a stop."""
         return self.frequency.end == 0.0 and self.frequency.done(t_ns)
+
+
+class Goals(NamedTuple):
+    """What a plan wants at a time.
+
+    Attributes:
+        plan: The plan.
+        t_ns: The time.
+        phase: Of the gait [cycles].
+        angle_rad: Shaft angles, (N,).
+        rate_rad_s: Their speeds, (N,).
+    """
+
+    plan: Walking
+    t_ns: int
+    phase: float
+    angle_rad: FloatArray
+    rate_rad_s: FloatArray
 
 
 Plan = Hold | LegMoves | Walking

@@ -18,7 +18,6 @@ from typing import BinaryIO
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.reader import SeekingReader
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Message, Metadata, Schema
 from mcap.stream_reader import get_chunk_data_stream
 from zstandard import ZstdError
@@ -26,6 +25,8 @@ from zstandard import ZstdError
 from model.errors import RecordError
 from record.input_file import open_file
 from record.log.damage import Damage, Pass
+from record.log.framing.chunk import FRAME, MESSAGE, MESSAGE_HEAD, believable_span, split_chunk
+from record.log.framing.file_index import read_index
 
 # What reading a damaged byte raises, by way of mcap, zstd, lz4 and our own decoder.
 DAMAGE = (
@@ -35,9 +36,6 @@ DAMAGE = (
 MAGIC = b"\x89MCAP0\r\n"
 LARGEST_CHUNK = 1 << 30  # uncompressed; a larger one is a broken length
 DATA_END_BYTES = 4
-_FRAME = struct.Struct("<BQ")
-_MESSAGE = struct.Struct("<HIQQ")
-MESSAGE = int(Opcode.MESSAGE)  # an enumeration asks twice as long
 
 Content = Schema | Channel | Message | Metadata | Attachment
 
@@ -87,7 +85,7 @@ class _Salvage:
         progress.size = stream.seek(0, 2)
 
     def records(self, span: tuple[int, int] | None) -> Iterator[Content]:
-        yield from self._summary()
+        yield from self._index()
         self._stream.seek(0)
         if self._stream.read(len(MAGIC)) != MAGIC:
             self._lost(0, 0, "it does not begin like an MCAP file")
@@ -103,13 +101,13 @@ class _Salvage:
                 return
             self._progress.position = offset
             self._progress.tell()
-            head = self._stream.read(_FRAME.size)
-            if len(head) < _FRAME.size:
+            head = self._stream.read(FRAME.size)
+            if len(head) < FRAME.size:
                 self._lost(offset, 0, "the file ends early")
                 return
-            opcode, length = _FRAME.unpack(head)
+            opcode, length = FRAME.unpack(head)
             known = opcode in _OPCODES and (opcode != Opcode.DATA_END or length == DATA_END_BYTES)
-            if not known or length > self._progress.size - offset - _FRAME.size:
+            if not known or length > self._progress.size - offset - FRAME.size:
                 cut = known and offset > self._last_chunk()
                 reason = "the file ends early" if cut else "the framing of records is broken"
                 if not self._resynchronise(offset, reason):
@@ -124,19 +122,18 @@ class _Salvage:
     def _last_chunk(self) -> int:
         return self._chunks[-1] if self._chunks else -1
 
-    def _summary(self) -> Iterator[Content]:
+    def _index(self) -> Iterator[Content]:
         """Read the index at the end, if there is a sound one: it knows channels and chunks."""
-        self._stream.seek(0)
         try:
-            summary = SeekingReader(self._stream).get_summary()
+            index = read_index(self._stream)
         except DAMAGE:
             return
-        if summary is None:
+        if index is None:
             return
-        self._chunks = sorted(index.chunk_start_offset for index in summary.chunk_indexes)
-        for schema in summary.schemas.values():
+        self._chunks = [chunk.begin for chunk in index.chunks]
+        for schema in index.schemas:
             yield from self._once(schema)
-        for channel in summary.channels.values():
+        for channel in index.channels:
             yield from self._once(channel)
 
     def _once(self, record: Schema | Channel) -> Iterator[Content]:
@@ -172,7 +169,7 @@ class _Salvage:
                 record = _SINGLE[opcode](data)
             except DAMAGE as error:
                 name = Opcode(opcode).name.lower()
-                self._lost(offset, len(data) + _FRAME.size, f"a broken {name}: {_words(error)}")
+                self._lost(offset, len(data) + FRAME.size, f"a broken {name}: {_words(error)}")
                 return
             if isinstance(record, Schema | Channel):
                 yield from self._once(record)
@@ -198,33 +195,32 @@ class _Salvage:
         span = (self._last_ns, -1)
         try:
             chunk = Chunk.read(_stream_of(data))
-            span = _believable(chunk, self._last_ns)
+            span = believable_span(chunk, self._last_ns)
             if chunk.uncompressed_size > LARGEST_CHUNK:
                 raise ValueError(f"it claims {chunk.uncompressed_size} bytes")
             content = get_chunk_data_stream(chunk, validate_crc=True)[0].read(1 << 62)
-            records = _split(content)
+            records, passed = split_chunk(content, self._unwanted())
         except DAMAGE as error:
-            self._lost(offset, len(data) + _FRAME.size, f"a broken chunk: {_words(error)}", span)
+            self._lost(offset, len(data) + FRAME.size, f"a broken chunk: {_words(error)}", span)
             return
-        unwanted = {number for number, wanted in self._wanted.items() if not wanted}
-        passed = -1
         for opcode, at, end in records:
             if opcode == MESSAGE:
-                # nineteen of twenty: their channel, the first two bytes, is all that is asked of them
-                if content[at] | content[at + 1] << 8 in unwanted and not self._open_ended:
-                    passed = at
-                    continue
-                passed = -1
                 yield from self._message(content, at, end)
             elif opcode in {Opcode.SCHEMA, Opcode.CHANNEL}:
                 record = _SINGLE[opcode](content[at:end])
                 if isinstance(record, Schema | Channel):
                     yield from self._once(record)
         if passed >= 0:
-            self._last_ns = _MESSAGE.unpack_from(content, passed)[2]
+            self._last_ns = MESSAGE_HEAD.unpack_from(content, passed)[2]
+
+    def _unwanted(self) -> frozenset[int]:
+        """Channels whose messages may be passed by; none while damage waits for the message behind it."""
+        if self._open_ended:
+            return frozenset()
+        return frozenset(number for number, wanted in self._wanted.items() if not wanted)
 
     def _message(self, data: bytes, at: int, end: int) -> Iterator[Content]:
-        channel, sequence, log_ns, publish_ns = _MESSAGE.unpack_from(data, at)
+        channel, sequence, log_ns, publish_ns = MESSAGE_HEAD.unpack_from(data, at)
         self._last_ns = log_ns
         if self._open_ended:
             damages = self._progress.damages
@@ -238,7 +234,7 @@ class _Salvage:
                 log_time=log_ns,
                 publish_time=publish_ns,
                 sequence=sequence,
-                data=data[at + _MESSAGE.size : end],
+                data=data[at + MESSAGE_HEAD.size : end],
             )
 
     def _no_channel(self, log_ns: int) -> None:
@@ -270,33 +266,6 @@ _SINGLE: dict[int, Callable[[bytes], Content]] = {
     Opcode.METADATA: lambda data: Metadata.read(_stream_of(data)),
     Opcode.ATTACHMENT: _attachment,
 }
-
-
-def _split(data: bytes) -> list[tuple[int, int, int]]:
-    """Return opcode of each record in a chunk, and where its content begins and ends."""
-    size, frame, at, records = len(data), _FRAME.size, 0, []
-    head = _FRAME.unpack_from
-    while at < size:
-        opcode, length = head(data, at)
-        begin = at + frame
-        at = begin + length
-        if at > size:
-            raise ValueError("a record in it is longer than the chunk")
-        if opcode == MESSAGE and length < _MESSAGE.size:
-            raise ValueError("a message in it is too short")
-        records.append((opcode, begin, at))
-    return records
-
-
-def _believable(chunk: Chunk, last_ns: int) -> tuple[int, int]:
-    """Return a chunk's own time span, unless its header contradicts itself or the messages before."""
-    begin, end = chunk.message_start_time, chunk.message_end_time
-    longest_ns = 3600 * 10**9
-    if begin <= end <= begin + longest_ns and (
-        last_ns < 0 or last_ns <= begin <= last_ns + longest_ns
-    ):
-        return begin, end
-    return last_ns, -1
 
 
 def _words(error: Exception) -> str:

@@ -12,11 +12,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from mcap.reader import SeekingReader
-from mcap.records import ChunkIndex
-
 from record.input_file import open_file
 from record.log.cdr import HEADER
+from record.log.framing.file_index import read_index
 from record.log.reader import LogContents, TopicMessage, check_layout, read_messages
 from record.log.salvage import DAMAGE, MAGIC
 from record.log.state_message import STATE_TOPIC, LoggedState, decode_state
@@ -56,17 +54,17 @@ def find_stretches(path: Path) -> tuple[Stretch, ...]:
     """
     try:
         with open_file(path) as stream:
-            summary = SeekingReader(stream).get_summary()
+            index = read_index(stream)
     except DAMAGE:
         return ()
-    if summary is None or not summary.chunk_indexes:
+    if index is None or not index.chunks:
         return ()
-    chunks = sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset)
-    channels = {number for number, one in summary.channels.items() if one.topic == STATE_TOPIC}
-    places = [chunk for chunk in chunks if channels & set(chunk.message_index_offsets)]
+    channels = {one.id for one in index.channels if one.topic == STATE_TOPIC}
     states: list[tuple[LoggedState, tuple[int, int]]] = []
-    for chunk in places:
-        span = _span(chunk)
+    for chunk in index.chunks:
+        if not channels & chunk.channels:
+            continue
+        span = chunk.begin, chunk.end
         contents = LogContents()
         for message in read_messages(path, contents, {STATE_TOPIC}, span):
             try:
@@ -78,19 +76,13 @@ def find_stretches(path: Path) -> tuple[Stretch, ...]:
     numbers = [0, *(state.index for state, _ in states)]
     if any(one >= other for one, other in pairwise(numbers)):
         return ()  # several runs in one file
-    first, last = chunks[0].chunk_start_offset, _span(chunks[-1])[1]
+    first, last = index.chunks[0].begin, index.chunks[-1].end
     begins = [(0, None, first), *((state.index, state.data, span[0]) for state, span in states)]
     ends = [*((state.index, state.data, span[1]) for state, span in states), (None, None, last)]
     return tuple(
         Stretch(begin, end, (at, to), before, after)
         for (begin, before, at), (end, after, to) in zip(begins, ends, strict=True)
     )
-
-
-def _span(chunk: ChunkIndex) -> tuple[int, int]:
-    """Where a chunk with its index begins and ends."""
-    begin: int = chunk.chunk_start_offset
-    return begin, begin + chunk.chunk_length + chunk.message_index_length
 
 
 def read_stretch(path: Path, contents: LogContents, stretch: Stretch) -> Iterator[TopicMessage]:

@@ -13,6 +13,7 @@ import numpy as np
 from drivers.ati.foot_forces import ForceScales
 from drivers.dynamixel.joints import joint_states
 from drivers.dynamixel.settings import ServoBusSettings
+from gaits.plan import Goals
 from model.kinematics.one_shaft import OneShaftKinematics
 from model.motion.differentiate import latest_rates
 from model.quasistatic.frame import solve_frames_in_order
@@ -36,6 +37,7 @@ class Ahead(NamedTuple):
         feet: Unloaded feet, with speeds from the latest angles.
         servo_feet: The same with the servos' own speeds.
         contact: The model's answer.
+        goals: What the plan before the block wants; None if that is not known.
     """
 
     after: JointState
@@ -46,6 +48,7 @@ class Ahead(NamedTuple):
     feet: FootMotion
     servo_feet: FootMotion
     contact: ContactSolution
+    goals: Goals | None
 
 
 class LookAhead:
@@ -73,13 +76,16 @@ class LookAhead:
         self._bus = bus
         self._scales = scales
 
-    def of(self, before: Senses, first_ns: int | None, inputs: Sequence[Inputs]) -> list[Ahead]:
+    def of(
+        self, before: Senses, first_ns: int | None, inputs: Sequence[Inputs], goals: Sequence[Goals]
+    ) -> list[Ahead]:
         """Compute what is known of ticks in a row, from the next one on.
 
         Args:
             before: Senses of the tick before the first of them.
             first_ns: Its own time instead of that of the read, for the first tick of a run [ns].
             inputs: Of the ticks.
+            goals: What the plan wants in them; none if that is not known.
 
         Returns:
             Of so many ticks, from the first, as nothing is unusual in.
@@ -113,6 +119,7 @@ class LookAhead:
                 angles_rad[k : k + window],
                 FootMotion(feet.position_m[k], feet.velocity_m_s[k]),
                 FootMotion(own.position_m[k], own.velocity_m_s[k]), contacts[k],
+                goals[k] if goals else None,
             )
             for k in range(count)
         ]  # fmt: skip

@@ -17,7 +17,7 @@ from drivers.dynamixel.joints import joint_state
 from gaits import buehler
 from gaits.catalog import make_gaits
 from gaits.gait import Gait
-from gaits.plan import Walking
+from gaits.plan import Goals, Walking
 from model.kinematics.legs import leg_kinematics
 from model.kinematics.one_shaft import OneShaftKinematics
 from model.motion import differentiate
@@ -151,17 +151,21 @@ class Controller:
             0, senses, estimates, decision, Command(command, Allowed(command), 0, ())
         )
 
-    def ahead(self, state: ControllerState, inputs: Sequence[Inputs], first_ns: int) -> list[Ahead]:
-        """Compute senses and model of recorded ticks at once: of as many, from the first, as is possible.
+    def ahead(
+        self, state: ControllerState, inputs: Sequence[Inputs], times_ns: Sequence[int]
+    ) -> list[Ahead]:
+        """Compute what is known of recorded ticks at once: of as many, from the first, as is possible.
 
         Args:
             state: State before the first of them.
             inputs: Their inputs.
-            first_ns: Time of the first [ns].
+            times_ns: Their times [ns].
         """
         if self._ahead is None:
             return []
-        return self._ahead.of(state.senses, first_ns if state.index == 0 else None, inputs)
+        plan, first_ns = state.decision.phase.plan, times_ns[0] if state.index == 0 else None
+        goals = plan.ahead(times_ns) if isinstance(plan, Walking) else ()
+        return self._ahead.of(state.senses, first_ns, inputs, goals)
 
     def step(
         self, state: ControllerState, inputs: Inputs, t_ns: int, ahead: Ahead | None = None
@@ -184,8 +188,13 @@ class Controller:
             ahead = None
         estimates = self._estimate(state, inputs, senses, t_ns, ahead)
         decision = self._decide(state, inputs, senses, estimates, t_ns)
-        command = self._command(state, senses, decision, t_ns)
-        phase = decision.phase
+        phase, goals = decision.phase, None if ahead is None else ahead.goals
+        if goals is not None and (goals.plan is not phase.plan or goals.t_ns != t_ns):
+            goals = None
+        command = self._command(state, senses, decision, t_ns, goals)
+        gait_phase = np.nan if goals is None else goals.phase
+        if goals is None and isinstance(phase.plan, Walking):
+            gait_phase = phase.plan.phase(t_ns)
         tick = Tick(
             t_ns=t_ns,
             index=state.index,
@@ -194,7 +203,7 @@ class Controller:
             inputs=inputs,
             joints=senses.joints,
             forces=senses.forces,
-            gait_phase=phase.plan.phase(t_ns) if isinstance(phase.plan, Walking) else np.nan,
+            gait_phase=gait_phase,
             wished=command.wished,
             sent=command.allowed.command,
             feet=estimates.feet,
@@ -390,13 +399,14 @@ class Controller:
     # Command.
 
     def _command(
-        self, state: ControllerState, senses: Senses, decision: Decision, t_ns: int
-    ) -> Command:
-        """Ask the plan for the next goals, and the safety gate whether they may go out."""
+        self, state: ControllerState, senses: Senses, decision: Decision, t_ns: int,
+        goals: Goals | None,
+    ) -> Command:  # fmt: skip
+        """Ask the plan for the next goals, if they are not known, and the safety gate about them."""
         plan, recovery = decision.phase.plan, decision.recovery
         wished = JointCommand(t_ns, self._nothing, self._nothing, torque=False)
         if plan is not None:
-            angle, rate = plan.at(t_ns)
+            angle, rate = plan.at(t_ns) if goals is None else (goals.angle_rad, goals.rate_rad_s)
             wished = JointCommand(t_ns, readonly(angle), readonly(rate), torque=True)
         last = senses.last
         # switching on, or taking a servo up again: the driver holds where the shafts are

@@ -3,6 +3,7 @@
 Pure like the step it belongs to: all that it remembers goes in and comes out.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from model.errors import ConfigError
 from model.estimator.filter import Estimator
 from model.estimator.history import EstimatorMemory, LateSample, advance, use_late
 from model.kinematics.legs import LegKinematics, leg_kinematics
+from model.kinematics.one_shaft import OneShaftKinematics
 from model.motion import shaft_speed
 from model.motion.se2 import aligning, compose, yaw_of
 from model.motion.shaft_speed import ShaftSpeeds
@@ -182,11 +184,26 @@ class TickEstimator:
     def __init__(self, config: RobotConfig) -> None:
         self._names = config.parameters.names
         self._sizes = len(self._names.legs), len(self._names.joints)
-        self._stage = estimator_stage(config, leg_kinematics(config.parameters))
+        self._kinematics = leg_kinematics(config.parameters)
+        self._stage = estimator_stage(config, self._kinematics)
         self.memory = self._stage.initial()
 
-    def step(self, tick: SensedTick) -> Estimate:
+    def feet_of(self, ticks: Sequence[SensedTick]) -> Sequence[FootMotion | None]:
+        """Return the feet of many ticks at once, the same as of each; None where it is not certain."""
+        angles = [tick.joints.angle_rad for tick in ticks]
+        usual = all(len(angle_rad) == self._sizes[1] for angle_rad in angles)
+        if not (ticks and usual and isinstance(self._kinematics, OneShaftKinematics)):
+            return [None] * len(ticks)
+        rates = np.array([tick.joints.rate_rad_s for tick in ticks])
+        feet = self._kinematics.feet(np.array(angles), rates)
+        return list(map(FootMotion, feet.position_m, feet.velocity_m_s))
+
+    def step(self, tick: SensedTick, feet: FootMotion | None = None) -> Estimate:
         """Advance by a tick.
+
+        Args:
+            tick: The tick.
+            feet: Of ``feet_of``, if they are known already.
 
         Raises:
             ConfigError: The robot has other legs or joints than the tick.
@@ -195,7 +212,7 @@ class TickEstimator:
         if sizes != self._sizes:
             self._check(*sizes)
         self.memory, estimate = self._stage.step(
-            self.memory, tick.t_ns, tick.joints, tick.forces, tick.poses, tick.imu
+            self.memory, tick.t_ns, tick.joints, tick.forces, tick.poses, tick.imu, feet
         )
         return estimate
 

@@ -99,7 +99,7 @@ def gate(
     allowed_rad = limits.max_speed_rad_s * SPEED_SLACK * elapsed_ns * 1e-9
     allowed_rad += TICK_RAD
     step_rad = [abs(to - at) for to, at in zip(angles, last.angle_rad.tolist(), strict=True)]
-    if any(step > allowed_rad for step in step_rad):
+    if True in [step > allowed_rad for step in step_rad]:
         worst = int(np.nanargmax(step_rad))
         return Refused(
             f"{bus.names[worst]}: a step of {step_rad[worst]:.3f} rad in "
@@ -107,7 +107,7 @@ def gate(
         )
     mounted = zip(bus.zeros.tolist(), bus.signs.tolist(), angles, strict=True)
     beyond = [abs(zero + sign * angle / TICK_RAD) > LAST_TICK for zero, sign, angle in mounted]
-    if any(beyond):
+    if True in beyond:
         return Refused(
             f"{_legs(bus, beyond)}: the servo's turn counter is used up (256 turns); "
             "stop, cut torque and start again to set it back"

@@ -24,12 +24,11 @@ from robot.odometry.compare import (
     stride_of,
     walking_part,
 )
-from robot.odometry.live import LOST_SHARE, run_live
+from robot.odometry.health import LOST_SHARE
 from robot.odometry.request import check
 from robot.odometry.stretches import track_stretches
 from robot.odometry.table import as_json, table
 from robot.odometry.track import track_log
-from robot.odometry.tune import tune_command
 from robot.report.walk_frames import fit_contact, walk_frames
 from robot.requests.recorded import OdomRequest
 
@@ -46,8 +45,12 @@ def odom(request: OdomRequest) -> ExitCode:
     """
     check(request)
     if request.live:
+        from robot.odometry.live import run_live  # and with it all that a run needs
+
         return run_live(request)
     if request.tunes:
+        from robot.odometry.tune import tune_command  # and with it SciPy's search
+
         return tune_command(request)
     path, contents = request.logs[0], LogContents()
     with ProgressLine(f"estimating {path}", contents.progress):

@@ -10,6 +10,7 @@ from model.values.arrays import FloatArray
 from model.values.estimate import BETWEEN, Health
 from robot.odometry.track import Track
 
+LOST_SHARE = 0.5  # of the ticks; an estimate that is lost for more of them is none
 NUMBER = re.compile(r"[-+]?\d+(\.\d+)?")
 
 

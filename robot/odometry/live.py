@@ -22,6 +22,7 @@ from robot.console.json_output import json_text
 from robot.console.program_output import complain
 from robot.control.controller import Controller
 from robot.control.stops import STOPS
+from robot.odometry.health import LOST_SHARE
 from robot.odometry.request import believed_robot
 from robot.odometry.track import Tracker
 from robot.requests.recorded import OdomRequest
@@ -35,7 +36,6 @@ from robot.virtual.open import VirtualSettings, open_virtual
 
 LOOK_PERIOD_NS = 200_000_000
 LINE_PERIOD_NS = 1_000_000_000
-LOST_SHARE = 0.5  # of the ticks; an estimate that is lost for more of them is none
 
 
 class EstimateLines:

@@ -137,7 +137,7 @@ def _track_stretch(task: TrackTask) -> TrackedStretch:
         tracker.begin_at(memory)
     metadata: Mapping[str, str] = MappingProxyType(dict(task.metadata))
     contents = LogContents(task.config_text, metadata)
-    log = read_log(task.path, contents, tracker.take, stretch=stretch)
+    log = read_log(task.path, contents, tracker.take_block, stretch=stretch)
     if contents.damages or (
         stretch.end is not None and len(log.t_s) != stretch.end - stretch.begin
     ):

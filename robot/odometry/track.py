@@ -1,7 +1,7 @@
 """The estimator over the ticks of a log: the loop's own stage, with what the loop knew at each tick."""
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache, cached_property
 from pathlib import Path
@@ -13,6 +13,7 @@ from model.errors import ModelError
 from model.estimator.sources import ABSOLUTE
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.estimate import Estimate, EstimatorState, paired_covariance
+from model.values.legs import FootMotion
 from model.values.tick import SensedTick
 from record.log.blocks.read import read_log
 from record.log.reader import LogContents, StampedTick
@@ -152,8 +153,12 @@ class Tracker:
         """Begin with what an estimator remembered in the middle of a log."""
         self._estimator.memory = memory
 
-    def step(self, tick: SensedTick) -> Estimate:
+    def step(self, tick: SensedTick, feet: FootMotion | None = None) -> Estimate:
         """Advance by a tick; nothing is kept of it.
+
+        Args:
+            tick: The tick.
+            feet: Of ``TickEstimator.feet_of``, if they are known.
 
         Raises:
             ConfigError: The robot has other legs than the tick.
@@ -162,13 +167,18 @@ class Tracker:
             tick = replace(tick, forces=no_forces(len(tick.forces.force_n)))
         if self._no_imu and tick.imu:
             tick = replace(tick, imu=())
-        return self._estimator.step(tick)
+        return self._estimator.step(tick, feet)
 
-    def take(self, unix_ns: int, tick: SensedTick) -> None:
+    def take_block(self, unix_ns: Sequence[int], ticks: Sequence[SensedTick]) -> None:
+        """Advance by ticks that were at UNIX times, and keep the estimates: as ``take``."""
+        for now_ns, tick, feet in zip(unix_ns, ticks, self._estimator.feet_of(ticks), strict=True):
+            self.take(now_ns, tick, feet)
+
+    def take(self, unix_ns: int, tick: SensedTick, feet: FootMotion | None = None) -> None:
         """Advance by a tick that was at a UNIX time, and keep the estimate."""
         before = self._estimator.memory.estimator.state
         began = time.perf_counter_ns()
-        estimate = self.step(tick)
+        estimate = self.step(tick, feet)
         self._step_us.append((time.perf_counter_ns() - began) / 1e3)
         self._estimates.add(estimate)
         self._unix_ns.append(unix_ns)
@@ -257,7 +267,7 @@ def track_log(
     log_contents = contents if contents is not None else LogContents()
     trackers: list[Tracker] = []
 
-    def take(unix_ns: int, tick: SensedTick) -> None:
+    def take(unix_ns: Sequence[int], ticks: Sequence[SensedTick]) -> None:
         if not trackers:  # the robot file comes before the first tick
             config = believed_robot(given, log_contents.config_text, robot)
             trackers.append(
@@ -268,7 +278,7 @@ def track_log(
                     keep_states=given.smooth,
                 )
             )
-        trackers[0].take(unix_ns, tick)
+        trackers[0].take_block(unix_ns, ticks)
 
     log = read_log(path, log_contents, take)
     (tracker,) = trackers

@@ -135,7 +135,7 @@ def _ahead(controller: Controller, state: ControllerState, block: _Block) -> lis
     if not usual:
         return []
     inputs = [block.inputs[place].inputs for place in usual]
-    return controller.ahead(state, inputs, block.inputs[0].t_ns)
+    return controller.ahead(state, inputs, [block.inputs[place].t_ns for place in usual])
 
 
 class _Reader:

@@ -25,8 +25,9 @@ from robot.control.safety import Allowed
 from robot.replay.compare import ComparedRun, Comparison
 from robot.replay.fields import FIELDS, WIRE_FIELDS
 from robot.run.hardware import assemble
-from robot.run.header import FORCE_UNIT_KEY, LATENCY_KEY, Rebuilt, rebuild_controller
+from robot.run.header import FORCE_UNIT_KEY, LATENCY_KEY
 from robot.run.loop import exchange
+from robot.run.rebuilt import Rebuilt, rebuild_controller
 from robot.run.rig import Reading, Rig, Wires
 from sim_hw.clock import VirtualClock
 from sim_hw.host.recorded_wire import (

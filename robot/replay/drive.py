@@ -39,8 +39,8 @@ from robot.report.pictures import write_report
 from robot.report.run_date import date_words
 from robot.requests.recorded import ReplayRequest
 from robot.requests.single import VIRTUAL, DriveRequest
-from robot.run.header import rebuild_controller
 from robot.run.operator import Interrupts
+from robot.run.rebuilt import rebuild_controller
 
 PAGES = (".html", ".png")
 NUMBERS = ("sent mrad", "shaft mrad", "current A", "Fx N", "Fy N", "Fz N")

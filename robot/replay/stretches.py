@@ -19,7 +19,7 @@ from robot.console.stretch_pool import DifferentError, in_stretches
 from robot.control.controller import Controller
 from robot.control.state_bytes import bytes_of_state, state_of_bytes
 from robot.replay.blocks import step_in_blocks
-from robot.run.header import Rebuilt, rebuild_controller
+from robot.run.rebuilt import RecordedRun, rebuild_controller, recorded_run
 
 Texts = tuple[tuple[str, str], ...]
 
@@ -57,13 +57,13 @@ class ReplayedStretches:
     """A log that is the same in every bit.
 
     Attributes:
-        rebuilt: Its controller.
+        run: What it says of its controller.
         ticks: How many.
         first_ns: Time of the first.
         last_ns: Time of the last.
     """
 
-    rebuilt: Rebuilt
+    run: RecordedRun
     ticks: int
     first_ns: int
     last_ns: int
@@ -83,7 +83,7 @@ def replay_stretches(
         None if the log cannot be divided, or anything in it is not the same in every bit.
 
     Raises:
-        RecordError: As ``rebuild_controller``, as does the next.
+        RecordError: As ``recorded_run``, as does the next.
         ConfigError: The robot file is none of today's.
     """
     stretches = find_stretches(path)
@@ -91,12 +91,12 @@ def replay_stretches(
         return None
     metadata = tuple(contents.metadata.items())
     tasks = [StretchTask(path, contents.config_text, metadata, gait, one) for one in stretches]
-    rebuilt = rebuild_controller(contents, None, gait)
+    run = recorded_run(contents, None, gait)  # the controller itself is built where it steps
     done: list[StretchDone] = []
     if not in_stretches(path, tasks, replay_stretch, contents.progress, done.append):
         return None
     ticks = sum(one.ticks for one in done)
-    return ReplayedStretches(rebuilt, ticks, done[0].first_ns, done[-1].last_ns)
+    return ReplayedStretches(run, ticks, done[0].first_ns, done[-1].last_ns)
 
 
 def replay_stretch(task: StretchTask) -> StretchDone | None:

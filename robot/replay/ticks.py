@@ -32,7 +32,7 @@ from robot.replay.compare import ComparedRun, Comparison
 from robot.replay.fields import FIELDS
 from robot.replay.step_through import in_order
 from robot.replay.stretches import replay_stretches
-from robot.run.header import config_of, rebuild_controller
+from robot.run.rebuilt import config_of, rebuild_controller
 
 NOT_BY_A_CONTROLLER = (
     "no controller made this log: the estimator is replayed, commands are not compared"
@@ -191,19 +191,19 @@ def _in_stretches(
 ) -> Replay | None:
     """Replay a log on all cores; None if it cannot be divided, or anything in it is not the same."""
     began = time.perf_counter()
-    run = replay_stretches(path, contents, gait)
-    if run is None:
+    whole = replay_stretches(path, contents, gait)
+    if whole is None:
         return None
-    config, duration_s = run.rebuilt.controller.config, (run.last_ns - run.first_ns) * 1e-9
+    config, duration_s = whole.run.config, (whole.last_ns - whole.first_ns) * 1e-9
     return Replay(
         path=path,
-        ticks=run.ticks,
-        equal_bits=run.ticks,
+        ticks=whole.ticks,
+        equal_bits=whole.ticks,
         duration_s=duration_s,
         wall_s=time.perf_counter() - began,
-        fields=Comparison(FIELDS, config.parameters.legs.names, scale, run.first_ns).results(),
+        fields=Comparison(FIELDS, config.parameters.legs.names, scale, whole.first_ns).results(),
         first=None,
-        notes=run.rebuilt.notes,
+        notes=whole.run.notes,
         complete=True,
     )
 

@@ -8,26 +8,23 @@ The run in a few words is in ``record.log.header``.
 import json
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from drivers.ati.calibration import Calibration
 from drivers.wire.tap import WireTap
-from model.errors import ConfigError, RecordError
+from model.errors import RecordError
 from model.values.tick import Tick
-from record.json_text import parse_json
 from record.log.background import BackgroundWriter
 from record.log.header import RunHeader
-from record.log.reader import LogContents
 from record.log.writer import RATE_KEY, LogWriter
 from record.whole_file import whole_file
-from robot.config.calibration import CALIBRATION_KEY, calibration_text, parse_calibration
-from robot.config.robot_file import RobotConfig, parse_robot
+from robot.config.calibration import CALIBRATION_KEY, calibration_text
+from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
-from robot.run.gait_texts import gait_metadata, with_gaits_of_log
+from robot.run.gait_texts import gait_metadata
 from robot.run.operator import Script
 from robot.run.rig import Rig
 
@@ -142,132 +139,6 @@ def _as_json(calibration: Calibration | None) -> dict[str, object] | None:
     ratings = calibration.max_rating
     values["max_rating"] = [r if math.isfinite(r) else None for r in ratings]  # JSON has no NaN
     return values
-
-
-def calibrations_of(
-    metadata: Mapping[str, str], names: Sequence[str]
-) -> tuple[Calibration | None, ...] | None:
-    """Return what the counts of a log's force records mean, for each leg; None if it does not say.
-
-    Args:
-        metadata: The log's metadata.
-        names: Leg names.
-
-    Raises:
-        RecordError: It cannot be read.
-    """
-    key = CALIBRATIONS_KEY if CALIBRATIONS_KEY in metadata else UNITS_KEY
-    if not metadata.get(key):
-        return None
-    try:
-        texts = parse_json(metadata[key])
-        if key == UNITS_KEY:
-            texts = [texts.get(name) for name in names]
-        return tuple(None if values is None else _calibration(values) for values in texts)
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
-        raise RecordError(
-            f"the log's {key} cannot be read ({error}): it is damaged, or newer than this software"
-        ) from error
-
-
-def _calibration(values: Mapping[str, Any]) -> Calibration:
-    ratings = values.get("max_rating", (None,) * 6)
-    rating = tuple(math.nan if value is None else value for value in ratings)
-    return Calibration(**{"mult_on": True, **values, "max_rating": rating})
-
-
-@dataclass(frozen=True, slots=True)
-class Rebuilt:
-    """The controller of a log.
-
-    Attributes:
-        controller: The controller, with today's code.
-        calibrations: Calibrations of the force sensors, None for each leg without one.
-        forces_known: Whether the log holds the calibrations; older logs do not.
-        notes: What had to be assumed, in words.
-    """
-
-    controller: Controller
-    calibrations: tuple[Calibration | None, ...]
-    forces_known: bool
-    notes: tuple[str, ...]
-
-
-def rebuild_controller(
-    contents: LogContents,
-    config: RobotConfig | None = None,
-    gait: str | None = None,
-    *,
-    estimate: bool = True,
-) -> Rebuilt:
-    """Build the controller that a log was made with.
-
-    Args:
-        contents: Robot file and metadata of the log.
-        config: Another robot file to try instead of the log's.
-        gait: What may be run of a gait that a Python file gave: see ``with_gaits_of_log``.
-        estimate: Whether it runs the estimator.
-
-    Raises:
-        RecordError: The log holds no robot file, its metadata make no sense, or its run had the gait of a
-            Python file and ``gait`` does not say what may be run.
-        ConfigError: The robot file is none of today's, or the other one has other legs.
-    """
-    metadata = contents.metadata
-    used, gait_notes = with_gaits_of_log(_config(contents, config), metadata, gait)
-    notes = list(gait_notes)
-    names = used.parameters.legs.names
-    recorded = calibrations_of(metadata, names)
-    calibrations = (None,) * len(names) if recorded is None else recorded
-    if recorded is None:
-        notes.append("the log is older than recorded calibrations: forces are not compared")
-    rate_hz = used.loop.rate_hz
-    if RATE_KEY in metadata:
-        rate_hz = _whole(metadata[RATE_KEY])
-    else:
-        notes.append(f"the log does not say its rate: {rate_hz} Hz taken from the robot file")
-    armed = metadata.get(ARMED_KEY, "true") == "true"
-    if len(calibrations) != len(names):
-        raise ConfigError(
-            "--robot", f"has {len(names)} legs, the log {len(calibrations)}; choose another file"
-        )
-    controller = Controller(used, calibrations, armed=armed, rate_hz=rate_hz, estimate=estimate)
-    return Rebuilt(controller, calibrations, recorded is not None, tuple(notes))
-
-
-def _config(contents: LogContents, config: RobotConfig | None) -> RobotConfig:
-    """Return the robot file in use, with the sensors' calibration that the log holds."""
-    used = config if config is not None else config_of(contents)
-    text = contents.metadata.get(CALIBRATION_KEY, "")
-    if not text or (config is not None and config.force_sensor.calibration is not None):
-        return used
-    calibration = parse_calibration(text, used.parameters.legs.names)
-    return replace(used, force_sensor=replace(used.force_sensor, calibration=calibration))
-
-
-def config_of(contents: LogContents) -> RobotConfig:
-    """Return the robot file of a log.
-
-    Raises:
-        RecordError: The log holds none.
-        ConfigError: It is none of today's.
-    """
-    if not contents.config_text:
-        raise RecordError("the log holds no robot file to run it with; give one with --robot")
-    try:
-        return parse_robot(contents.config_text)
-    except ConfigError as error:
-        raise ConfigError(f"robot file in the log: {error.key}", error.reason) from error
-
-
-def _whole(text: str) -> int:
-    try:
-        rate_hz = int(text)
-    except ValueError:
-        rate_hz = 0
-    if not 1 <= rate_hz <= 1000:
-        raise RecordError(f"the log says that its loop ran at {text!r} Hz: it is damaged")
-    return rate_hz
 
 
 class TappedLog:

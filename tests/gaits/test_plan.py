@@ -1,12 +1,14 @@
 """Plans never jump: walking, tuning, steering, slowing, moving leg by leg, changing gait."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gaits.catalog import make_gait
-from gaits.gait import TURN
+from gaits.gait import TURN, Gait
 from gaits.moves import AIR_RAD, SMALLEST_MOVE_RAD, LegMoves, MovePace
 from gaits.plan import Hold, Ramp, Walking
 from robot.config.robot_file import load_robot
@@ -154,3 +156,39 @@ def test_holding_holds() -> None:
     angle, rate = Hold(np.arange(6.0)).at(123)
     assert angle.tolist() == [0, 1, 2, 3, 4, 5]
     assert rate.tolist() == [0] * 6
+
+
+@given(
+    st.sampled_from(sorted(GAITS)), st.integers(-3, 3), st.floats(0.02, 0.4), st.floats(-1, 1),
+    st.integers(0, 20_000),
+)  # fmt: skip
+def test_goals_of_many_times_are_those_of_each_to_the_bit(
+    name: str, turns: int, frequency_hz: float, steer: float, begin_ms: int
+) -> None:
+    straight = started(name, turns, frequency_hz)
+    steered = straight.steered(7 * MS, steer)
+    for plan in (straight, steered, steered.slowing(9000 * MS)):
+        times = [(begin_ms + 11 * k) * MS + k for k in range(9)]
+        goals = plan.ahead(times)
+        # the metachronal gait is a spline: numpy may take many numbers at once otherwise than one
+        assert bool(goals) == (plan.steer.done(times[0]) and name == "tripod")
+        for t_ns, one in zip(times, goals, strict=bool(goals)):
+            angle_rad, rate_rad_s = plan.at(t_ns)
+            assert (one.plan, one.t_ns, one.phase) == (plan, t_ns, plan.phase(t_ns))
+            assert one.angle_rad.tobytes() == angle_rad.tobytes()
+            assert one.rate_rad_s.tobytes() == rate_rad_s.tobytes()
+
+
+def test_of_a_gait_that_is_not_known_to_be_the_same_many_times_at_once_there_are_none() -> None:
+    plan = started("tripod")
+    assert plan.ahead([0])
+    assert replace(plan, gait=SomebodysGait(plan.gait)).ahead([0]) == []
+
+
+class SomebodysGait:
+    """A gait of somebody else's code."""
+
+    def __init__(self, gait: Gait) -> None:
+        self.name, self.start_phase, self.motion = gait.name, gait.start_phase, gait.motion
+        self.peaks, self.stance = gait.peaks, gait.stance
+        self.frequency_hz = 0.1

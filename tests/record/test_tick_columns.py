@@ -111,7 +111,7 @@ def test_a_log_read_in_blocks_is_the_log(cycle_walk: Path) -> None:
     stamped = list(read_stamped_ticks(cycle_walk, contents))
     ticks = [item.tick for item in stamped]
     seen: list[tuple[int, SensedTick]] = []
-    log = read_log(cycle_walk, None, lambda unix_ns, tick: seen.append((unix_ns, tick)))
+    log = read_log(cycle_walk, None, lambda times, own: seen.extend(zip(times, own, strict=True)))
     begin = contents.start_unix_ns(0)
     expected = build_recording(
         ticks,

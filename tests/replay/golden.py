@@ -38,8 +38,9 @@ from robot.config.robot_file import load_robot
 from robot.control.controller import Controller
 from robot.replay.step_through import step_through
 from robot.replay.ticks import replay_log
-from robot.run.header import controller_metadata, rebuild_controller
+from robot.run.header import controller_metadata
 from robot.run.loop import run
+from robot.run.rebuilt import rebuild_controller
 from robot.run.rig import Rig
 from robot.virtual.open import VirtualSettings, open_in_memory
 from tests.robot.runs import Kept, Told, wish

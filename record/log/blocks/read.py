@@ -1,6 +1,6 @@
 """A log as arrays, block by block, so that memory does not grow with its length."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -19,14 +19,14 @@ from record.log.tick_message import decode_tick
 
 BLOCK_TICKS = 1024  # a power of two: thinned by halves, blocks stay in step
 NO_MACHINE = MachineNames((), ())
-Each = Callable[[int, SensedTick], None]
+Take = Callable[[Sequence[int], Sequence[SensedTick]], None]
 
 
 def read_blocks(
     path: Path,
     contents: LogContents | None = None,
     block_ticks: int = BLOCK_TICKS,
-    each: Each | None = None,
+    take: Take | None = None,
     stretch: Stretch | None = None,
 ) -> Iterator[Recording]:
     """Yield a log as arrays, a block of ticks at a time, in bounded memory.
@@ -37,8 +37,8 @@ def read_blocks(
         path: The log.
         contents: Filled with robot file, metadata and damage on the way.
         block_ticks: Ticks of a block.
-        each: Told the UNIX time [ns] of every tick and what was sensed in it, in order, before its block is
-            yielded.
+        take: Given the UNIX times [ns] of a block's ticks and what was sensed in them, in order, before the
+            block is yielded.
         stretch: Only these ticks; None for all.
 
     Raises:
@@ -53,7 +53,7 @@ def read_blocks(
         else read_stretch(path, contents, stretch)
     )
     while block := list(_with_positions(islice(messages, block_ticks), contents)):
-        recording = reader.recording(block, each)
+        recording = reader.recording(block, take)
         if recording is not None:
             readable = True
             yield recording
@@ -64,7 +64,7 @@ def read_blocks(
 def read_log(
     path: Path,
     contents: LogContents | None = None,
-    each: Each | None = None,
+    take: Take | None = None,
     stretch: Stretch | None = None,
 ) -> Recording:
     """Read a log into arrays, all of it; an hour is a gigabyte, see ``read_blocks`` for the arguments.
@@ -73,7 +73,7 @@ def read_log(
         RecordError: The file cannot be opened, or holds no tick that can be read.
     """
     contents = contents or LogContents()
-    joined = join_recordings(read_blocks(path, contents, each=each, stretch=stretch), damage="")
+    joined = join_recordings(read_blocks(path, contents, take=take, stretch=stretch), damage="")
     return replace(joined, damage=contents.damage)
 
 
@@ -94,22 +94,21 @@ class _Blocks:
         self._start_unix_ns: int | None = None
 
     def recording(
-        self, block: list[tuple[TopicMessage, int]], each: Each | None
+        self, block: list[tuple[TopicMessage, int]], take: Take | None
     ) -> Recording | None:
         """Return a block as arrays; None if no tick of it can be read."""
         contents, messages = self._contents, [message for message, _ in block]
         first = next(filter(None, map(_decoded, messages)), None)
         machine = contents.machine(first) if first is not None else NO_MACHINE
-        stacked = stack_messages(messages, machine, self._book, with_sensed=each is not None)
+        stacked = stack_messages(messages, machine, self._book, with_sensed=take is not None)
         self._note_damage([(*block[place], error) for place, error in stacked.broken])
         if first is None:
             return None
         unix_ns = np.array([message.unix_ns for message in messages])[stacked.kept]
         if self._start_unix_ns is None:
             self._start_unix_ns = contents.start_unix_ns(int(unix_ns[0]))
-        if each is not None:
-            for now_ns, sensed in zip(unix_ns.tolist(), stacked.sensed, strict=True):
-                each(now_ns, sensed)
+        if take is not None:
+            take(unix_ns.tolist(), stacked.sensed)
         return recording_of(
             {"t_s": (unix_ns - self._start_unix_ns) * 1e-9, **stacked.arrays},
             stacked.faults,

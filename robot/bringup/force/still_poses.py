@@ -22,7 +22,7 @@ from model.values.tick import Tick
 from record.log.reader import LogContents, read_ticks
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 from robot.run.force_unit import require_sensors
-from robot.run.header import calibrations_of
+from robot.run.rebuilt import calibrations_of
 
 # All shafts within this of where the pose began [rad]; an encoder count is 0.0015.
 STILL_RAD = 0.012

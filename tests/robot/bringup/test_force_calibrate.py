@@ -22,7 +22,8 @@ from robot.cli import main as cli
 from robot.config.calibration import read_calibration
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
-from robot.run.header import CALIBRATIONS_KEY, UNITS_KEY, calibrations_of
+from robot.run.header import CALIBRATIONS_KEY, UNITS_KEY
+from robot.run.rebuilt import calibrations_of
 from robot.virtual.walk import record_poses
 from tests.model.standing import true_faults
 from tests.robot.runs import STOP, Told, drive, wish

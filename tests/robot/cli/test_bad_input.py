@@ -17,7 +17,8 @@ from robot.campaign.case import parse_labels, read_answer
 from robot.campaign.visible import measure_visibility
 from robot.cli.main import run
 from robot.run.gait_texts import GAIT_FILES_KEY, gaits_of_log
-from robot.run.header import CALIBRATIONS_KEY, calibrations_of
+from robot.run.header import CALIBRATIONS_KEY
+from robot.run.rebuilt import calibrations_of
 from robot.study.figures_runtime import read_benchmark
 
 BAD_TOML = {

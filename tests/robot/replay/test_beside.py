@@ -11,7 +11,7 @@ from robot.config.robot_file import RobotConfig
 from robot.console import processes
 from robot.replay.beside import estimates_as_recorded
 from robot.replay.ticks import Replay, replay_log
-from robot.run.header import config_of
+from robot.run.rebuilt import config_of
 from tests.replay.golden import log_of
 from tests.robot.cli.test_bad_input import tick_bytes, with_messages
 from tests.robot.replay.test_replay import changed, other_load

@@ -22,7 +22,7 @@ from robot.control.controller import Controller
 from robot.control.state_bytes import bytes_of_state
 from robot.replay.blocks import BLOCK_TICKS, step_in_blocks
 from robot.replay.step_through import step_through
-from robot.run.header import rebuild_controller
+from robot.run.rebuilt import rebuild_controller
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +107,7 @@ def stepped(
     begin = 0
     for i, (own, t_ns) in enumerate(zip(inputs, times, strict=True)):
         if block and i % block == 0:
-            begin, known = i, controller.ahead(state, inputs[i : i + block], t_ns)
+            begin, known = i, controller.ahead(state, inputs[i : i + block], times[i : i + block])
         one = known[i - begin] if i - begin < len(known) else None
         state, tick = controller.step(state, own, t_ns, one)
         used += one is not None and tick.joints is one.joints

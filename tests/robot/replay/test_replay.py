@@ -29,8 +29,9 @@ from robot.replay.repeat import turned
 from robot.replay.step_through import servo_events
 from robot.replay.ticks import replay_log
 from robot.requests.single import DriveRequest
-from robot.run.header import controller_metadata, rebuild_controller
+from robot.run.header import controller_metadata
 from robot.run.operator import Interrupts
+from robot.run.rebuilt import rebuild_controller
 from robot.virtual.open import open_in_memory
 from tests.replay.golden import log_of, replayed, write
 from tests.robot.bench_runs import bench_run
