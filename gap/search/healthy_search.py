@@ -76,6 +76,7 @@ class HealthySearch:
             trials: Gaits of the trials that there are to fit to.
         """
         needed = self.chances.needed(level) / self.candidates
+        seen = Sizes(np.zeros(len(trials)), tuple(trials))
         for own, others in self._fits:
             if own.signature.offset >= 0:
                 continue
@@ -83,14 +84,14 @@ class HealthySearch:
                 runs = range(len(own.gaits))
                 known = own.along(direction).taken(runs)
                 elsewhere = [other.along(direction).taken(runs) for other in others]
-                one = pooled([known], elsewhere, _in_sizes(self.usual, own, direction))
+                usual = _in_sizes(self.usual, own, direction)
+                one = pooled([known], elsewhere, usual)
                 if not len(known) or one.free <= 0:
                     yield own.signature, place, np.inf
                     continue
                 own_level = needed / own.signature.candidate.forms
                 beyond = float(np.sqrt(special.fdtri(1, one.free, 1.0 - own_level)))
-                seen = Sizes(np.zeros(len(trials)), tuple(trials))
-                error = np.sqrt(one.variance * ahead_of(seen, known, one.gaits_differ)[1])
+                error = np.sqrt(one.variance * ahead_of(seen, known, usual.gaits_differ)[1])
                 yield (
                     own.signature,
                     place,

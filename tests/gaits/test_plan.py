@@ -170,7 +170,7 @@ def test_goals_of_many_times_are_those_of_each_to_the_bit(
     for plan in (straight, steered, steered.slowing(9000 * MS)):
         times = [(begin_ms + 11 * k) * MS + k for k in range(9)]
         goals = plan.ahead(times)
-        # the metachronal gait is a spline: numpy may take many numbers at once otherwise than one
+        # the metachronal gait is a spline: numpy may take many numbers at once in another order
         assert bool(goals) == (plan.steer.done(times[0]) and name == "tripod")
         for t_ns, one in zip(times, goals, strict=bool(goals)):
             angle_rad, rate_rad_s = plan.at(t_ns)

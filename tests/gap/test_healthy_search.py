@@ -1,5 +1,7 @@
 """What a chance is worth after references were searched, and how joints that differ are pooled."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,7 +14,8 @@ from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.chances import HeldOutChances, promised
 from gap.search.novelty import chance_of
-from gap.search.scatter import pooled
+from gap.search.options import CAUSE_LEVEL
+from gap.search.scatter import UsualScatter, pooled
 from gap.search.selection import select
 from record.trial.trial import Trial
 from tests.gap.sizes_of_runs import walked
@@ -108,6 +111,27 @@ def test_healthy_sets_with_one_joint_unlike_the_others_raise_few_alarms() -> Non
 @pytest.mark.parametrize("wander", [LIKE, UNLIKE])
 def test_false_alarms_keep_the_printed_level(wander: tuple[float, ...]) -> None:
     assert _alarms(300, wander) <= stats.binom.ppf(0.975, 300, 0.05)
+
+
+def test_a_size_is_harder_to_see_in_a_gait_that_no_reference_has_where_gaits_differ() -> None:
+    references = _comparison(31, LIKE).known
+    assert references is not None
+    search = references.search
+    known, new = ([gait] * 4 for gait in (CONDITIONS[0][1], "a gait that is new"))
+
+    def ratio(gaits_differ: float) -> float:
+        usual = [
+            replace(one, gaits_differ=gaits_differ)
+            for one in (search.usual.whole, search.usual.joint)
+        ]
+        one = replace(search, usual=UsualScatter(*usual))
+        sizes = [
+            [size for _, _, size in one.visible_sizes(CAUSE_LEVEL, gaits)] for gaits in (known, new)
+        ]
+        return float(np.median(np.array(sizes[1]) / np.array(sizes[0])))
+
+    assert ratio(0.0) == pytest.approx(1.0)
+    assert ratio(10.0) > 1.5
 
 
 def test_a_size_said_to_be_visible_is_found() -> None:
