@@ -137,7 +137,7 @@ def replay_bus(
     tape = Tape(pieces, VirtualClock(pieces[0].t_ns))
     names = rebuilt.controller.config.parameters.legs.names
     comparison = Comparison((*WIRE_FIELDS, *FIELDS), names, scale, first.t_ns)
-    notes = [*rebuilt.notes]
+    notes = [*rebuilt.run.notes]
     wire: WireDifference | None = None
     end_ns, at_the_end = first.t_ns, False
     try:

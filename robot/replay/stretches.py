@@ -136,6 +136,6 @@ def _controller(config_text: str, metadata: Texts, gait: str | None) -> Controll
     """The controller of a log, built once in a process."""
     known: Mapping[str, str] = MappingProxyType(dict(metadata))
     rebuilt = rebuild_controller(LogContents(config_text, known), None, gait)
-    if not (rebuilt.forces_known and rebuilt.controller.config.estimator.enabled):
+    if not (rebuilt.run.forces_known and rebuilt.controller.config.estimator.enabled):
         raise DifferentError
     return rebuilt.controller

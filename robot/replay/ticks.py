@@ -104,8 +104,8 @@ def replay_log(
         began = time.perf_counter()
         controller = rebuilt.controller
         robot = controller.config
-        notes += rebuilt.notes
-        fields = [f for f in FIELDS if rebuilt.forces_known or f.stage != "forces"]
+        notes += rebuilt.run.notes
+        fields = [f for f in FIELDS if rebuilt.run.forces_known or f.stage != "forces"]
         if first_message.layout == 1:
             notes.append("the log is older than the estimator: what that says is not compared")
             fields = [f for f in fields if f.stage != "estimate"]
@@ -156,8 +156,8 @@ def _replay_in_two(
 ) -> Replay | None:
     """Replay controller and estimator apart; None if anything in the log is not the same in every bit."""
     rebuilt = rebuild_controller(contents, None, gait, estimate=False)
-    config, notes, began = rebuilt.controller.config, [*rebuilt.notes], time.perf_counter()
-    if not (rebuilt.forces_known and config.estimator.enabled):
+    config, notes, began = rebuilt.controller.config, [*rebuilt.run.notes], time.perf_counter()
+    if not (rebuilt.run.forces_known and config.estimator.enabled):
         return None
     ticks = start_ns = now_ns = 0
     try:

@@ -50,32 +50,15 @@ def _calibration(values: Mapping[str, Any]) -> Calibration:
 
 
 @dataclass(frozen=True, slots=True)
-class Rebuilt:
-    """The controller of a log.
-
-    Attributes:
-        controller: The controller, with today's code.
-        calibrations: Calibrations of the force sensors, None for each leg without one.
-        forces_known: Whether the log holds the calibrations; older logs do not.
-        notes: What had to be assumed, in words.
-    """
-
-    controller: Controller
-    calibrations: tuple[Calibration | None, ...]
-    forces_known: bool
-    notes: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class RecordedRun:
     """What a log says of the controller that made it.
 
     Attributes:
         config: Its robot file, with calibration and gaits of the log.
-        calibrations: Of ``Rebuilt``, as are the last two.
+        calibrations: Calibrations of the force sensors, None for each leg without one.
         armed: Whether torque could be asked for.
         rate_hz: Rate of its loop.
-        forces_known: Whether the log holds the calibrations.
+        forces_known: Whether the log holds the calibrations; older logs do not.
         notes: What had to be assumed, in words.
     """
 
@@ -85,6 +68,19 @@ class RecordedRun:
     rate_hz: int
     forces_known: bool
     notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Rebuilt:
+    """The controller of a log.
+
+    Attributes:
+        controller: The controller, with today's code.
+        run: What the log says of it.
+    """
+
+    controller: Controller
+    run: RecordedRun
 
 
 def rebuild_controller(
@@ -110,7 +106,7 @@ def rebuild_controller(
     controller = Controller(
         run.config, run.calibrations, armed=run.armed, rate_hz=run.rate_hz, estimate=estimate
     )
-    return Rebuilt(controller, run.calibrations, run.forces_known, run.notes)
+    return Rebuilt(controller, run)
 
 
 def recorded_run(

@@ -165,7 +165,7 @@ def replayed(
     notes: list[str] = []
     ticks = [tick for _, _, tick in step_through(path, messages, rebuilt.controller, notes)]
     assert not notes, notes
-    return ticks, rebuilt.controller, rebuilt.calibrations
+    return ticks, rebuilt.controller, rebuilt.run.calibrations
 
 
 def indicator(ticks: list[Tick], names: tuple[str, ...]) -> list[list[str]]:

@@ -359,4 +359,4 @@ def test_the_log_s_own_calibration_of_the_sensors_comes_back() -> None:
     np.testing.assert_array_equal(found.unloaded, in_use.unloaded)
     np.testing.assert_array_equal(found.correction, in_use.correction)
     assert rebuilt.controller.rate_hz == 50
-    assert rebuilt.notes == ()
+    assert rebuilt.run.notes == ()
