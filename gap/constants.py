@@ -49,6 +49,15 @@ JOINTS_DIFFER = Constant(
     "joints whose standard deviations differ by 25 %",
 )  # fmt: skip
 JOINTS_DIFFER_WORTH = Constant(3.0, "joints that JOINTS_DIFFER is worth", BY_HAND)
+DAY_WORTH = Constant(
+    0.1, "healthy runs that it is worth that all parameters differ alike from day to day",
+    "drag and turned force axes on open cases of four realities; 0.3 and 1 find less",
+)  # fmt: skip
+DAY_MEAN = Constant(
+    2.0,
+    "spreads by which the simulator's parameters may be wrong alike in all healthy runs",
+    BY_HAND,
+)
 JOINT_UNLIKE = Constant(
     0.1, "probability that a joint's day-to-day scatter is unlike that of all others", BY_HAND
 )

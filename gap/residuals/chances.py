@@ -46,6 +46,14 @@ class HeldOutChances:
         return float(NULL_WORTH) - sum(math.log(max(min(p, 1.0), SMALLEST)) for p in self.each)
 
 
+def either(first: float, second: float) -> float:
+    """Return the chance that two tests of the same give so little, however they depend on each other.
+
+    Their harmonic mean (Wilson 2019, doi:10.1073/pnas.1814092116).
+    """
+    return 2.0 / (1.0 / max(first, SMALLEST) + 1.0 / max(second, SMALLEST))
+
+
 def promised(level: float, references: int) -> float:
     """Return the rate of false alarms that can be promised at a level with so many references."""
     return max(level, 1.0 / (references + 1))

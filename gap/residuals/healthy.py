@@ -63,7 +63,7 @@ def healthy_runs(
     if len(references) < 2:
         return ()
     own = [part.condition for part, _ in references]
-    distance = max((_distance(one, own) for one in conditions), default=SAME_CONDITION)
+    distance = max((nearest(one, own) for one in conditions), default=SAME_CONDITION)
     each = []
     for i, (part, error) in enumerate(references):
         others = [
@@ -90,7 +90,8 @@ def apart(a: RunCondition, b: RunCondition) -> int:
     return SAME_CONDITION if abs(a.log_ratio(b)) < SAME_FREQUENCY else NEW_FREQUENCY
 
 
-def _distance(one: RunCondition, known: Sequence[RunCondition]) -> int:
+def nearest(one: RunCondition, known: Sequence[RunCondition]) -> int:
+    """Return how far a condition is from the nearest of those that are known."""
     return min(apart(one, other) for other in known)
 
 

@@ -14,10 +14,12 @@ import numpy as np
 from scipy import special
 
 from gap.constants import SHOWN
-from gap.residuals.chances import HeldOutChances, leave_each_out
+from gap.residuals.chances import HeldOutChances, either, leave_each_out
 from gap.residuals.evidence import Evidence
-from gap.residuals.healthy import Healthy, laid_over
-from gap.search.novelty import SEEN, across_of, chance_of
+from gap.residuals.healthy import Healthy, nearest
+from gap.search.days import day_variances, likeliest_day_share
+from gap.search.novelty import across_of, chance_of
+from gap.search.run_fits import Fits, FitsElsewhere, LaidRuns, fits_of, lay
 from gap.search.scatter import Scatter, UsualScatter, pooled, usual_scatter, variance_of
 from gap.search.screen import Signature, Signatures
 from gap.search.sizes import Sizes, ahead_of, likeliest_share
@@ -27,24 +29,18 @@ FEWEST_SEEN = 3  # runs that show a change, from which its scatter counts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Fits:
-    """A candidate in R healthy runs: pull on its D directions, (R, D), and their energies, (R, D, D)."""
+class View:
+    """One way to compare candidates with healthy runs: each by itself, or beside what days differ in.
 
-    signature: Signature
-    gaits: tuple[str, ...]
-    pull: FloatArray
-    gram: FloatArray
+    Attributes:
+        fits: Of every candidate in every run.
+        usual: How much candidates scatter between runs.
+        days: Variance of each linear change between runs, (K,); 0 by itself.
+    """
 
-    def energy(self, direction: FloatArray) -> FloatArray:
-        """Return the energy of a change in each run, one over the variance of its size by noise, (R,)."""
-        return np.asarray(np.einsum("d,rde,e->r", direction, self.gram, direction))
-
-    def along(self, direction: FloatArray) -> Sizes:
-        """Return the size of a change in each run that shows it; NaN in others."""
-        energy = self.energy(direction)
-        seen = energy > SEEN * max(float(energy.max()), 1e-30)
-        size = self.pull @ direction / np.where(seen, energy, 1.0)
-        return Sizes(np.where(seen, size, np.nan), self.gaits)
+    fits: tuple[FitsElsewhere, ...]
+    usual: UsualScatter
+    days: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,14 +49,19 @@ class HealthySearch:
 
     Attributes:
         candidates: How many were tried, all forms of a cause as one.
-        chances: Of the best in each reference, among all candidates.
-        usual: How much candidates scatter between references.
+        chances: Of the best in each reference that is matched, among all candidates.
+        alone: Candidates each by itself.
+        beside: And beside what days differ in.
+        signatures: Of the candidates.
+        laid: References laid over the trials.
     """
 
     candidates: int
     chances: HeldOutChances
-    usual: UsualScatter
-    _fits: tuple[tuple[_Fits, tuple[_Fits, ...]], ...]
+    alone: View
+    beside: View
+    signatures: Signatures
+    laid: LaidRuns
 
     def among_all(self, chance: float) -> float:
         """Return what the chance of one candidate is worth, as the best of all that were tried."""
@@ -75,49 +76,105 @@ class HealthySearch:
             level: Chance at which a cause is named.
             trials: Gaits of the trials that there are to fit to.
         """
-        needed = self.chances.needed(level) / self.candidates
-        seen = Sizes(np.zeros(len(trials)), tuple(trials))
-        for own, others in self._fits:
+        needed = 0.5 * self.chances.needed(level) / self.candidates  # by one of two tests
+        for (own, others), (own_beside, others_beside) in zip(
+            self.alone.fits, self.beside.fits, strict=True
+        ):
             if own.signature.offset >= 0:
                 continue
             for place, direction in enumerate(np.eye(len(own.signature.rows))):
-                runs = range(len(own.gaits))
-                known = own.along(direction).taken(runs)
-                elsewhere = [other.along(direction).taken(runs) for other in others]
-                usual = _in_sizes(self.usual, own, direction)
-                one = pooled([known], elsewhere, usual)
-                if not len(known) or one.free <= 0:
-                    yield own.signature, place, np.inf
-                    continue
-                own_level = needed / own.signature.candidate.forms
-                beyond = float(np.sqrt(special.fdtri(1, one.free, 1.0 - own_level)))
-                error = np.sqrt(one.variance * ahead_of(seen, known, usual.gaits_differ)[1])
-                yield (
-                    own.signature,
-                    place,
-                    error * (beyond + float(special.stdtrit(one.free, float(SHOWN)))),
+                sizes = (
+                    _visible(own, others, self.alone.usual, direction, needed, trials),
+                    _visible(
+                        own_beside, others_beside, self.beside.usual, direction, needed, trials
+                    ),
                 )
+                yield own.signature, place, min(sizes)
+
+
+def _visible(
+    own: Fits, others: Sequence[Fits], usual: UsualScatter, direction: FloatArray, needed: float,
+    trials: Sequence[str],
+) -> float:  # fmt: skip
+    """How many spreads of a parameter have a chance in healthy machines, as a rule."""
+    seen = Sizes(np.zeros(len(trials)), tuple(trials))
+    runs = range(len(own.gaits))
+    known = own.along(direction).taken(runs)
+    elsewhere = [other.along(direction).taken(runs) for other in others]
+    scatter = in_sizes(usual, own, direction)
+    one = pooled([known], elsewhere, scatter)
+    if not len(known) or one.free <= 0:
+        return float(np.inf)
+    level = needed / own.signature.candidate.forms
+    beyond = float(np.sqrt(special.fdtri(1, one.free, 1.0 - level)))
+    error = np.sqrt(one.variance * ahead_of(seen, known, scatter.gaits_differ)[1])
+    return float(error * (beyond + float(special.stdtrit(one.free, float(SHOWN)))))
 
 
 def search_healthy(
-    evidence: Evidence, signatures: Signatures, runs: Sequence[Healthy]
+    evidence: Evidence, signatures: Signatures, references: Sequence[Healthy]
 ) -> HealthySearch:
     """Run the search on healthy runs.
 
     Args:
         evidence: The trials that are fitted to.
         signatures: Of every candidate in these.
-        runs: References, each in units of what the others predict.
+        references: Each in units of what the others predict.
     """
-    fits = _fits_of(evidence, signatures, runs)
-    count = len({one.signature.candidate.family for one, _ in fits})
-    changes, chances = _sizes_of(fits), []
-    for held, others in leave_each_out(len(runs)):
+    laid = lay(evidence, signatures, references)
+    every = list(range(len(references)))
+    alone, share = fits_of(laid, signatures), likeliest_day_share(laid.changes(every))
+    changes = _sizes_of(alone)
+    chances = []
+    matched = _matched(evidence, references)
+    for held, others in leave_each_out(len(references)):
+        if held not in matched:
+            continue
         usual = _usual(changes, list(others))
-        best = min((_chance(own, rest, held, others, usual) for own, rest in fits), default=1.0)
-        chances.append(min(1.0, count * best))
-    usual = _usual(changes, list(range(len(runs))))
-    return HealthySearch(max(count, 1), HeldOutChances(tuple(chances)), usual, fits)
+        beside = _beside(laid, signatures, list(others), share)
+        both = zip(alone, beside.fits, strict=True)
+        each = [
+            either(
+                chance_of_fits(*fits, [held], others, usual),
+                chance_of_fits(*fits_beside, [held], others, beside.usual),
+            )
+            for fits, fits_beside in both
+        ]
+        chances.append(min(1.0, _count(alone) * min(each, default=1.0)))
+    return HealthySearch(
+        max(_count(alone), 1),
+        HeldOutChances(tuple(chances)),
+        View(alone, _usual(changes, every), np.zeros(len(laid.linear))),
+        _beside(laid, signatures, every, share),
+        signatures,
+        laid,
+    )
+
+
+def _matched(evidence: Evidence, references: Sequence[Healthy]) -> list[int]:
+    """References that are as near to the others, in gait and frequency, as trials are to references.
+
+    One that is farther shows what a condition that is new looks like, and not what a chance is worth.
+    """
+    known = [run.part.condition for run in references]
+    most = max(nearest(part.condition, known) for part in evidence.parts)
+    return [
+        held
+        for held, others in leave_each_out(len(known))
+        if nearest(known[held], [known[i] for i in others]) <= most
+    ]
+
+
+def _count(fits: Sequence[FitsElsewhere]) -> int:
+    """How many causes are tried."""
+    return len({one.signature.candidate.family for one, _ in fits})
+
+
+def _beside(laid: LaidRuns, signatures: Signatures, runs: Sequence[int], share: float) -> View:
+    """Candidates beside what some of the runs differ in."""
+    days = day_variances(laid.changes(runs), share)
+    fits = fits_of(laid, signatures, days)
+    return View(fits, _usual(_sizes_of(fits), runs), days)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,7 +195,7 @@ class _Sizes:
         return float(energy[np.isfinite(self.size.values[runs])].mean())
 
 
-def _sizes_of(fits: Sequence[tuple[_Fits, tuple[_Fits, ...]]]) -> list[_Sizes]:
+def _sizes_of(fits: Sequence[FitsElsewhere]) -> list[_Sizes]:
     forms = Counter(own.signature.candidate.family for own, _ in fits)
     return [
         _Sizes(
@@ -168,85 +225,30 @@ def _usual_of_kind(changes: Sequence[_Sizes], runs: Sequence[int], at_a_joint: b
     return usual_scatter(np.array(variances), frees, weights, differ)
 
 
-def _in_sizes(usual: UsualScatter, own: _Fits, direction: FloatArray) -> Scatter:
-    """The usual scatter in units of the size of one change."""
+def in_sizes(usual: UsualScatter, own: Fits, direction: FloatArray) -> Scatter:
+    """Return the usual scatter in units of the size of one change."""
     energy = max(float(own.energy(direction).mean()), 1e-30)
     return usual.of(bool(own.signature.candidate.joints)).times(1.0 / energy)
 
 
-def _chance(
-    own: _Fits, rest: Sequence[_Fits], held: int, others: Sequence[int], usual: UsualScatter
+def chance_of_fits(
+    own: Fits, rest: Sequence[Fits], held: Sequence[int], others: Sequence[int], usual: UsualScatter
 ) -> float:
-    """Chance of what one reference shows of a candidate, by the other references."""
-    gram = own.gram[held]
+    """Return the chance of what some runs show of a candidate, by other runs that are healthy."""
+    gram = own.gram[held].sum(axis=0)
     size = len(gram)
     ridge = 1e-9 * max(float(np.trace(gram)), 1e-30)
-    direction = np.linalg.solve(gram + ridge * np.eye(size), own.pull[held])
+    direction = np.linalg.solve(gram + ridge * np.eye(size), own.pull[held].sum(axis=0))
     sizes = own.along(direction)
-    seen = sizes.taken([held])
+    seen = sizes.taken(held)
     if not len(seen):
         return 1.0
     known = sizes.taken(others)
     elsewhere = [one.along(direction).taken(others) for one in rest]
     if size > 1:
-        across = across_of(own.gram[held], direction)
+        across = across_of(gram, direction)
         elsewhere += [own.along(other).taken(others) for other in across]
     parameters = len(own.signature.candidate.effect.parameters)
-    expected = _in_sizes(usual, own, direction)
+    expected = in_sizes(usual, own, direction)
     one = chance_of(seen, known, elsewhere, parameters, expected)
     return min(1.0, own.signature.candidate.forms * one)
-
-
-def _fits_of(
-    evidence: Evidence, signatures: Signatures, runs: Sequence[Healthy]
-) -> tuple[tuple[_Fits, tuple[_Fits, ...]], ...]:
-    """Fit every candidate to every run, each beside the same effect at its other joints."""
-    parts = [_part_for(evidence, run) for run in runs]
-    edges = np.concatenate([[0], np.cumsum([part.frames for part in evidence.parts])])
-    columns = evidence.base.shape[1]
-    slices = [slice(edges[p] * columns, edges[p + 1] * columns) for p in range(len(evidence.parts))]
-    pulls = np.empty((len(signatures.matrix), len(runs)))
-    for r, (part, run) in enumerate(zip(parts, runs, strict=True)):
-        laid = laid_over(evidence.parts[part], run) * (evidence.whiteners[part].gain > 0)
-        pulls[:, r] = signatures.matrix[:, slices[part]] @ laid.ravel().astype(np.float32)
-    gaits = tuple(run.part.gait for run in runs)
-    made: dict[str, list[_Fits]] = {}
-    for one in signatures.each:
-        rows = list(one.rows) if one.offset < 0 else [one.offset]
-        if not rows:
-            continue
-        grams = {}
-        for part in set(parts):
-            cut = signatures.matrix[rows, slices[part]].astype(np.float64)
-            grams[part] = cut @ cut.T
-        fit = _Fits(one, gaits, pulls[rows].T, np.array([grams[part] for part in parts]))
-        made.setdefault(one.candidate.effect.name, []).append(fit)
-    return tuple(
-        (one, tuple(other for other in group if _same_elsewhere(one, other)))
-        for group in made.values()
-        for one in group
-    )
-
-
-def _same_elsewhere(one: _Fits, other: _Fits) -> bool:
-    """Whether another fit is of the same change at another joint."""
-    a, b = one.signature, other.signature
-    same = a.start == b.start and a.live == b.live and (a.offset < 0) == (b.offset < 0)
-    return (
-        same
-        and bool(a.candidate.joints)
-        and a.candidate.joints != b.candidate.joints
-        and bool(b.candidate.joints)
-    )
-
-
-def _part_for(evidence: Evidence, run: Healthy) -> int:
-    """The part of the trials whose gait and frequency are nearest to a run's."""
-    near = run.part.condition
-    return min(
-        range(len(evidence.parts)),
-        key=lambda i: (
-            evidence.parts[i].gait != near.gait,
-            abs(evidence.parts[i].condition.log_ratio(near)),
-        ),
-    )

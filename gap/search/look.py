@@ -1,21 +1,24 @@
 """One more cause: the best candidate that is new, beside what is known of healthy runs."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 from gap.constants import ENERGY_LEVEL, HIDDEN_SHARE, LEAST_SHARE, OPEN_LEVEL, REST_SHARE
+from gap.residuals.chances import either
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
 from gap.search.at_once import each_of
+from gap.search.beside_days import chance_beside_days
 from gap.search.candidates import Family, families_of, size_of
 from gap.search.contained import containing
 from gap.search.edges import with_seen_edges
 from gap.search.fit import ROUNDS, Fitted
 from gap.search.healthy_search import HealthySearch
-from gap.search.novelty import chance_healthy
+from gap.search.newest import newest
+from gap.search.novelty import chance_healthy, without_cause
 from gap.search.options import (
     CAUSE_LEVEL,
     NEAR,
@@ -34,6 +37,7 @@ from gap.search.screen import Gain, Signatures, gains
 from model.values.arrays import FloatArray
 
 MOST_CAUSES = 5
+NEWEST = 4  # candidates that are fitted because they are new to first order, whatever they gain
 # Of a first and of a second list: share of the best's first-order gain and nats that candidates must have.
 LISTS = ((NEAR, 0.5), (0.0, 10.0))
 
@@ -119,14 +123,24 @@ class Look:
         """Return its chance in a healthy machine, among all candidates; 0 without references."""
         if self.known is None:
             return 0.0
-        usual = self.known.search.usual
-        one = chance_healthy(self.evidence, self.known.runs, option.fitted, option.cause, usual)
+        one = either(*self._chances_of_one(option, self.known))
         chance = self.known.search.among_all(min(1.0, option.added.forms * one))
         vibration = option.added.vibration
         if vibration is None or not option.added.effect.shaking or vibration.nats <= 0.0:
             return chance
         both = max(chance * vibration.chance, 1e-300)
         return min(chance, both * (1.0 - math.log(both)))  # of two tests in one, by Fisher
+
+    def _chances_of_one(self, option: Option, known: Known) -> tuple[float, float]:
+        """Chances by itself, and beside what differs from day to day."""
+        added, search = option.cause, known.search
+        alone = chance_healthy(self.evidence, known.runs, option.fitted, added, search.alone.usual)
+        without = without_cause(self.evidence, option.fitted, added)
+        change = without - option.fitted.residual
+        beside = chance_beside_days(
+            self.evidence, search, option.added, added.values, change, without
+        )
+        return alone, beside
 
     def level(self, residual: FloatArray) -> float:
         """Return the chance below which the next cause is named.
@@ -144,7 +158,7 @@ class Look:
     ) -> tuple[Option, float, tuple[Option, ...]] | None:
         """Return the best next cause, its p-value (1: not to be taken), its alternatives.
 
-        With references, what differs most between days may be all of the first list; so there is a second.
+        With references, what differs most between days may be all of the first list; so there are two more.
         """
         taken = families_of(selection.fitted.causes, self.evidence.effects)
         residual = selection.fitted.residual
@@ -156,9 +170,7 @@ class Look:
         options: list[Option] = []
         usual: list[tuple[Option, float]] = []
         least_p, level = 1.0, self.level(residual)
-        for near, least in LISTS if self.healthy is not None else LISTS[:1]:
-            listed = shortlist(ranked, self.search.shortlist, near, least)
-            ranked = [gain for gain in ranked if gain not in listed]
+        for listed in self._lists(ranked, residual):
             own = [forms[gain.signature.candidate.family] for gain in listed]
             find = partial(self._best_form, selection)
             made = each_of(own, find, self.evidence.predictor.at_once)
@@ -183,6 +195,22 @@ class Look:
                 usual.append((one, p))  # healthy runs show it as well: no rival of what is new
                 least_p = min(least_p, max(p, level))
         return (min(options, key=rank), least_p, ()) if options else None
+
+    def _lists(self, ranked: list[Gain], residual: FloatArray) -> Iterator[list[Gain]]:
+        """Yield what is to be fitted, best first; with references the next best, and the newest."""
+        for near, least in LISTS if self.healthy is not None else LISTS[:1]:
+            listed = shortlist(ranked, self.search.shortlist, near, least)
+            ranked = [gain for gain in ranked if gain not in listed]
+            yield listed
+        if self.known is not None:
+            chance = newest(self.evidence, self.known.search, residual)
+            new = [
+                (chance[family], gain)
+                for gain in ranked
+                if (family := gain.signature.candidate.family) in chance
+                and self.known.search.among_all(chance[family]) < OPEN_LEVEL
+            ]
+            yield [gain for _, gain in sorted(new, key=lambda one: one[0])[:NEWEST]]
 
     def _best_form(self, selection: Selection, forms: Sequence[Gain]) -> Option:
         """Return the best of the forms of a cause, which are listed with the best to first order first.

@@ -13,6 +13,7 @@ from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.chances import HeldOutChances, promised
+from gap.search.healthy_search import View
 from gap.search.novelty import chance_of
 from gap.search.options import CAUSE_LEVEL
 from gap.search.scatter import UsualScatter, pooled
@@ -113,6 +114,12 @@ def test_false_alarms_keep_the_printed_level(wander: tuple[float, ...]) -> None:
     assert _alarms(300, wander) <= stats.binom.ppf(0.975, 300, 0.05)
 
 
+def _with_gaits(view: View, differ: float) -> View:
+    usual = view.usual
+    kinds = (replace(one, gaits_differ=differ) for one in (usual.whole, usual.joint))
+    return replace(view, usual=UsualScatter(*kinds))
+
+
 def test_a_size_is_harder_to_see_in_a_gait_that_no_reference_has_where_gaits_differ() -> None:
     references = _comparison(31, LIKE).known
     assert references is not None
@@ -120,11 +127,8 @@ def test_a_size_is_harder_to_see_in_a_gait_that_no_reference_has_where_gaits_dif
     known, new = ([gait] * 4 for gait in (CONDITIONS[0][1], "a gait that is new"))
 
     def ratio(gaits_differ: float) -> float:
-        usual = [
-            replace(one, gaits_differ=gaits_differ)
-            for one in (search.usual.whole, search.usual.joint)
-        ]
-        one = replace(search, usual=UsualScatter(*usual))
+        alone, beside = (_with_gaits(one, gaits_differ) for one in (search.alone, search.beside))
+        one = replace(search, alone=alone, beside=beside)
         sizes = [
             [size for _, _, size in one.visible_sizes(CAUSE_LEVEL, gaits)] for gaits in (known, new)
         ]

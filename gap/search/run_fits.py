@@ -1,0 +1,194 @@
+"""Every candidate fitted to every healthy run, to first order: by itself, or beside what days differ in.
+
+Each reference is laid over the trials as if it were one, and a candidate is fitted to it by its signature.
+"""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap.residuals.evidence import Evidence
+from gap.residuals.healthy import Healthy, laid_over
+from gap.search.days import Runs
+from gap.search.novelty import SEEN
+from gap.search.screen import Signature, Signatures
+from gap.search.sizes import Sizes
+from model.values.arrays import FloatArray, IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fits:
+    """A candidate in R healthy runs: pull on its D directions, (R, D), and their energies, (R, D, D)."""
+
+    signature: Signature
+    gaits: tuple[str, ...]
+    pull: FloatArray
+    gram: FloatArray
+
+    def energy(self, direction: FloatArray) -> FloatArray:
+        """Return the energy of a change in each run, one over the variance of its size by noise, (R,)."""
+        return np.asarray(np.einsum("d,rde,e->r", direction, self.gram, direction))
+
+    def along(self, direction: FloatArray) -> Sizes:
+        """Return the size of a change in each run that shows it; NaN in others."""
+        energy = self.energy(direction)
+        seen = energy > SEEN * max(float(energy.max()), 1e-30)
+        size = self.pull @ direction / np.where(seen, energy, 1.0)
+        return Sizes(np.where(seen, size, np.nan), self.gaits)
+
+
+FitsElsewhere = tuple[
+    Fits, tuple[Fits, ...]
+]  # of a candidate, and of the same change at other joints
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LaidRuns:
+    """R references laid over the trials, and the S rows of the signatures.
+
+    Attributes:
+        runs: Of all rows.
+        linear: Rows of changes about the unchanged simulator, (K,).
+        gaits: Of each run.
+        residuals: Whitened, laid over its part, flat.
+    """
+
+    runs: Runs
+    linear: IntArray
+    gaits: tuple[str, ...]
+    residuals: tuple[NDArray[np.float32], ...]
+
+    def changes(self, taken: Sequence[int]) -> Runs:
+        """Return some of the runs with the linear changes alone."""
+        runs, rows = self.runs.taken(taken), self.linear
+        grams = {part: gram[np.ix_(rows, rows)] for part, gram in runs.grams.items()}
+        return Runs(runs.pulls[:, rows], runs.parts, grams)
+
+    def with_trials(
+        self, evidence: Evidence, signatures: Signatures, residual: FloatArray
+    ) -> "LaidRuns":
+        """Return them with the trials after them, of which a residual is left, (F, C)."""
+        flat = residual.ravel().astype(np.float32)
+        cuts = slices_of(evidence)
+        own = tuple(flat[cut] for cut in cuts)
+        pulls = [signatures.matrix[:, cut] @ left for cut, left in zip(cuts, own, strict=True)]
+        runs = Runs(
+            np.vstack([self.runs.pulls, np.array(pulls, dtype=np.float64)]),
+            (*self.runs.parts, *range(len(cuts))),
+            self.runs.grams,
+        )
+        gaits = (*self.gaits, *(part.gait for part in evidence.parts))
+        return LaidRuns(runs, self.linear, gaits, (*self.residuals, *own))
+
+
+def lay(evidence: Evidence, signatures: Signatures, references: Sequence[Healthy]) -> LaidRuns:
+    """Lay references over the trials that are fitted to, each over the one whose condition is nearest."""
+    parts = tuple(_part_for(evidence, run) for run in references)
+    slices = slices_of(evidence)
+    residuals = tuple(
+        (laid_over(evidence.parts[part], run) * (evidence.whiteners[part].gain > 0))
+        .ravel()
+        .astype(np.float32)
+        for part, run in zip(parts, references, strict=True)
+    )
+    pulls = np.array(
+        [
+            signatures.matrix[:, slices[part]] @ own
+            for part, own in zip(parts, residuals, strict=True)
+        ],
+        dtype=np.float64,
+    )
+    grams = {}
+    for part, cut in enumerate(slices):
+        rows = np.ascontiguousarray(signatures.matrix[:, cut])
+        grams[part] = (rows @ rows.T).astype(np.float64)
+    linear = sorted({row for one in signatures.each if one.offset < 0 for row in one.rows})
+    gaits = tuple(run.part.gait for run in references)
+    return LaidRuns(Runs(pulls, parts, grams), np.array(linear, dtype=np.int64), gaits, residuals)
+
+
+def slices_of(evidence: Evidence) -> list[slice]:
+    """Columns of the signatures' matrix that belong to each part."""
+    edges = np.concatenate([[0], np.cumsum([part.frames for part in evidence.parts])])
+    columns = evidence.base.shape[1]
+    return [slice(a * columns, b * columns) for a, b in itertools.pairwise(edges)]
+
+
+def fits_of(
+    laid: LaidRuns, signatures: Signatures, variance: FloatArray | None = None
+) -> tuple[FitsElsewhere, ...]:
+    """Fit every candidate to every run.
+
+    Args:
+        laid: The runs.
+        signatures: Of the candidates.
+        variance: Of each linear change between runs, (K,), beside which candidates are fitted; a
+            candidate's own changes are not in its way. None fits each by itself.
+    """
+    runs = laid.runs
+    pulls, grams = runs.pulls, runs.grams
+    own = np.zeros(pulls.shape[1])
+    if variance is not None:
+        own[laid.linear] = variance
+        pulls, grams = _without(laid, variance)
+    made: dict[str, list[Fits]] = {}
+    for one in signatures.each:
+        rows = list(one.rows) if one.offset < 0 else [one.offset]
+        if not rows:
+            continue
+        gram = np.array([grams[part][np.ix_(rows, rows)] for part in runs.parts])
+        pull = pulls[:, rows]
+        if own[rows].any():
+            # generalised least squares of a change are the same with and without it among the rest
+            back = np.eye(len(rows)) - gram * own[rows]
+            gram = np.linalg.solve(back, gram)
+            gram = np.asarray(0.5 * (gram + np.swapaxes(gram, 1, 2)))
+            pull = np.asarray(np.linalg.solve(back, pull[:, :, None])[:, :, 0])
+        fit = Fits(one, laid.gaits, pull, gram)
+        made.setdefault(one.candidate.effect.name, []).append(fit)
+    return tuple(
+        (one, tuple(other for other in group if _same_elsewhere(one, other)))
+        for group in made.values()
+        for one in group
+    )
+
+
+def _without(laid: LaidRuns, variance: FloatArray) -> tuple[FloatArray, Mapping[int, FloatArray]]:
+    """Pulls and grams of all rows with the linear changes taken out, as far as days have them."""
+    runs, rows = laid.runs, laid.linear
+    pulls, grams = runs.pulls.copy(), {}
+    for part in set(runs.parts):
+        gram = runs.grams[part]
+        among = gram[np.ix_(rows, rows)] + np.diag(1.0 / variance)
+        taken = np.linalg.solve(among, gram[rows]).T
+        grams[part] = gram - taken @ gram[rows]
+        for run in (r for r, own in enumerate(runs.parts) if own == part):
+            pulls[run] -= taken @ runs.pulls[run, rows]
+    return pulls, grams
+
+
+def _same_elsewhere(one: Fits, other: Fits) -> bool:
+    """Whether another fit is of the same change at another joint."""
+    a, b = one.signature, other.signature
+    same = a.start == b.start and a.live == b.live and (a.offset < 0) == (b.offset < 0)
+    return (
+        same
+        and bool(a.candidate.joints)
+        and a.candidate.joints != b.candidate.joints
+        and bool(b.candidate.joints)
+    )
+
+
+def _part_for(evidence: Evidence, run: Healthy) -> int:
+    """The part of the trials whose gait and frequency are nearest to a run's."""
+    near = run.part.condition
+    return min(
+        range(len(evidence.parts)),
+        key=lambda i: (
+            evidence.parts[i].gait != near.gait,
+            abs(evidence.parts[i].condition.log_ratio(near)),
+        ),
+    )
