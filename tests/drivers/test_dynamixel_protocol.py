@@ -316,6 +316,6 @@ def test_answers_in_order_are_those_that_the_parser_finds(
     in_order = statuses_in_order(bytes(raw), bytes(ids), length)
     if in_order is not None:
         assert parsed == [(i, *answer) for i, answer in zip(ids, in_order, strict=True)]
-    stuffed = any(STUFFING_MARK in bytes([error]) + given for error, given in answers)
+    stuffed = any(STUFFING_MARK in bytes([error]) + sent for error, sent in answers)
     if not stuffed and parsed == [(i, *answer) for i, answer in zip(ids, answers, strict=True)]:
         assert in_order == answers
