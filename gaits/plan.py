@@ -45,9 +45,17 @@ class Ramp:
     def _elapsed_s(self, t_ns: int) -> float:
         return max(0, t_ns - self.t_ns) * 1e-9
 
+    def _at_first(self) -> tuple[float, float]:
+        """Return how long it takes [s], and the change a second at the beginning."""
+        duration_s = self.duration_s
+        if duration_s <= 0.0:
+            return duration_s, 0.0
+        return duration_s, self.rate if self.end > self.begin else -self.rate
+
     def value(self, t_ns: int) -> float:
         """Return the level at a time."""
-        return self.begin + self.slope(self.t_ns) * min(self._elapsed_s(t_ns), self.duration_s)
+        duration_s, slope = self._at_first()
+        return self.begin + slope * min(self._elapsed_s(t_ns), duration_s)
 
     def slope(self, t_ns: int) -> float:
         """Return the change a second at a time; 0 once the end is reached."""
@@ -57,9 +65,8 @@ class Ramp:
 
     def integral(self, t_ns: int) -> float:
         """Return the integral over time from the beginning [level s]."""
-        elapsed = self._elapsed_s(t_ns)
-        ramping = min(elapsed, self.duration_s)
-        slope = self.slope(self.t_ns)
+        elapsed, (duration_s, slope) = self._elapsed_s(t_ns), self._at_first()
+        ramping = min(elapsed, duration_s)
         return self.begin * ramping + slope * ramping**2 / 2 + self.end * (elapsed - ramping)
 
     def done(self, t_ns: int) -> bool:

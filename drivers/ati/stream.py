@@ -195,7 +195,10 @@ class ForceStream:
     def _report_condition(self, record: ForceRecord) -> None:
         """Say which transducers are absent or saturated, and whether the battery is low."""
         present, saturated = record.present.tolist(), record.saturated.tolist()
-        for leg, number in zip(self._settings.names, self._numbers, strict=True):
+        as_usual = False not in present and True not in saturated
+        for leg, number in (
+            () if as_usual else zip(self._settings.names, self._numbers, strict=True)
+        ):
             if number and not present[number - 1]:
                 detail = f"transducer {number} is not in the record: switched off or unplugged"
                 self._faults.append(Fault(FaultKind.FORCE_ABSENT, leg, detail))

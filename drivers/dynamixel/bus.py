@@ -287,10 +287,14 @@ class ServoBus:
                 "a command without torque has no goals; call torque_off", port=self._port.name
             )
         angles: list[float] = command.angle_rad.tolist()
-        self._refuse([not isfinite(one) for one in angles], "has a goal angle that is not a number")
+        if not isfinite(sum(angles)):
+            self._refuse(
+                [not isfinite(one) for one in angles], "has a goal angle that is not a number"
+            )
         most = BEYOND_ALL_TURNS_RAD
-        bounded = [min(max(one, -most), most) for one in angles]
-        ticks = nearest_ticks(bounded, self._signs, self._zeros)
+        if max(map(abs, angles), default=0.0) > most:
+            angles = [min(max(one, -most), most) for one in angles]
+        ticks = nearest_ticks(angles, self._signs, self._zeros)
         goals = [to + lost for to, lost in zip(ticks, self._lost_ticks, strict=True)]
         self._refuse(
             [abs(goal) > EXTENDED_POSITION_LIMIT for goal in goals],
@@ -312,8 +316,10 @@ class ServoBus:
         self._send_goals([i for index, i in enumerate(self._ids) if index != without])
 
     def _send_goals(self, ids: Sequence[int]) -> None:
-        goals = dict(zip(self._ids, self._goal_ticks, strict=True))
-        numbers = [goals[i] for i in ids]
+        numbers = self._goal_ticks
+        if ids is not self._ids:
+            goals = dict(zip(self._ids, numbers, strict=True))
+            numbers = [goals[i] for i in ids]
         if ids and self._packets.sync_write_numbers(GOAL, ids, numbers) != COMM_SUCCESS:
             raise BusError("the goals could not be sent whole", port=self._port.name)
 

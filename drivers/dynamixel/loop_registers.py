@@ -42,8 +42,8 @@ _LAYOUT = _layout(LOOP_REGISTERS)
 
 def loop_columns(answers: Sequence[ServoAnswer]) -> IntArray:
     """Return ``LOOP_REGISTERS`` of every answer, 0 where there is none, a row a register, (6, N) int64."""
-    rows = [_LAYOUT.unpack(NOTHING_READ if data is None else data) for data, _, _ in answers]
-    numbers = chain.from_iterable(zip(*rows, strict=True))
-    columns = np.fromiter(numbers, np.int64, len(LOOP_REGISTERS) * len(rows))
-    table: IntArray = readonly(columns.reshape(len(LOOP_REGISTERS), len(rows)))
+    read = b"".join([NOTHING_READ if data is None else data for data, _, _ in answers])
+    numbers = chain.from_iterable(zip(*_LAYOUT.iter_unpack(read), strict=True))
+    columns = np.fromiter(numbers, np.int64, len(LOOP_REGISTERS) * len(answers))
+    table: IntArray = readonly(columns.reshape(len(LOOP_REGISTERS), len(answers)))
     return table

@@ -163,7 +163,8 @@ class PacketHandler:
                 stale += self._parser.feed(port.readPort(READ_CHUNK))
         elif port.getBytesAvailable():
             stale += self._parser.feed(port.readPort(READ_CHUNK))
-        self.counters.late_replies += sum(_is_status(item) for item in stale)
+        if stale:
+            self.counters.late_replies += sum(_is_status(item) for item in stale)
         self._parser.clear()
         port.clearPort()
 
@@ -180,7 +181,7 @@ class PacketHandler:
         """
         data = self.port.readAnswers(len(ids), STATUS_BYTES + length)
         answered = statuses_in_order(data, ids, length)
-        if answered is None or any(error & ~ALERT for error, _ in answered):
+        if answered is None or {error & ~ALERT for error, _ in answered} != {0}:
             self._frames.extend(self._parser.feed(data))
             return None
         return [ServoAnswer(parameters, error, COMM_SUCCESS) for error, parameters in answered]

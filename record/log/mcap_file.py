@@ -126,19 +126,20 @@ class McapFile:
         """
         sent_ns = log_ns if publish_ns is None else publish_ns
         pack, place = _MESSAGE.pack, self._size
+        pieces, index = self._open, self._index
         for channel, data in messages:
             size = 22 + len(data)
-            self._open += (pack(_MESSAGE_OPCODE, size, channel, sequence, log_ns, sent_ns), data)
-            entries = self._index.get(channel)
+            pieces += (pack(_MESSAGE_OPCODE, size, channel, sequence, log_ns, sent_ns), data)
+            entries = index.get(channel)
             if entries is None:
-                self._index[channel] = [log_ns, place]
+                index[channel] = [log_ns, place]
             else:
                 entries += (log_ns, place)
             place += _RECORD_BYTES + size
             if place > CHUNK_BYTES:
                 self._size = place
                 self._end_chunk()
-                place = self._size
+                place, pieces, index = self._size, self._open, self._index
         self._size = place
 
     def add_metadata(self, name: str, data: Mapping[str, str]) -> None:

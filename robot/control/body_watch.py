@@ -195,8 +195,10 @@ def _total_force(inputs: BodyInputs) -> list[float] | None:
     """Return the sum of the forces on all feet, x, y, z [N]; None where that cannot be known."""
     if not all(inputs.sensors) or False in inputs.forces.valid.tolist():
         return None
-    total_n: list[float] = inputs.forces.force_n.sum(axis=0).tolist()
-    return total_n
+    x, y, z = 0.0, 0.0, 0.0
+    for fx, fy, fz in inputs.forces.force_n.tolist():
+        x, y, z = x + fx, y + fy, z + fz
+    return [x, y, z]
 
 
 def _tilt(inputs: BodyInputs, total_n: list[float] | None) -> tuple[float, str]:

@@ -11,6 +11,7 @@ shaft where it was measured: the first command with torque switches torque on th
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 from math import isfinite
 
 import numpy as np
@@ -18,7 +19,7 @@ import numpy as np
 from drivers.dynamixel.registers import hardware_error_names
 from drivers.dynamixel.settings import ServoBusSettings
 from drivers.dynamixel.units import EXTENDED_POSITION_LIMIT, TICK_RAD, TICKS_PER_TURN
-from model.values.arrays import BoolArray, IntArray
+from model.values.arrays import BoolArray, IntArray, readonly
 from model.values.faults import Fault, FaultKind
 from model.values.legs import JointCommand, JointState
 from model.values.quick import quick
@@ -140,9 +141,11 @@ class ServoVerdict:
     bad_reads: IntArray
 
     @staticmethod
+    @cache
     def sound(count: int) -> "ServoVerdict":
-        """Return the verdict on so many servos that are all well."""
-        none, nobody = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=bool)
+        """Return the verdict on so many servos that are all well, as in nearly every tick."""
+        none = readonly(np.zeros(count, dtype=np.int64))
+        nobody = readonly(np.zeros(count, dtype=bool))
         return ServoVerdict((), none, nobody, nobody, none)
 
 

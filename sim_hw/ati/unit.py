@@ -221,7 +221,9 @@ class VirtualWnet:
         within = sensed_counts(
             wrench, chance, self._noise, RATING, self._used, self._slots, COUNTS_PER_UNIT, counts
         )
-        usual = within and all(self.state[slot].filter == USUAL_FILTER for slot in self._slot_list)
+        usual = within
+        for slot in self._slot_list if within else ():
+            usual = usual and self.state[slot].filter == USUAL_FILTER
         # slots of transducers that are saturated
         over = () if usual else self._bounded_counts(wrench, chance * self._noise, counts)
         for slot in self._slot_list:

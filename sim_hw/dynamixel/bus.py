@@ -33,7 +33,7 @@ from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 from sim_hw.clock import VirtualClock
 from sim_hw.dynamixel import measured_kernel
 from sim_hw.dynamixel.firmware import FirmwareBank
-from sim_hw.dynamixel.listeners import Listeners
+from sim_hw.dynamixel.listeners import Listeners, MeasuredRead
 from sim_hw.dynamixel.request_parts import number_of, reads_of, writes_of
 from sim_hw.dynamixel.servo import VirtualServo
 from sim_hw.dynamixel.servo_watch import ServoWatch
@@ -184,6 +184,9 @@ class VirtualServoBus:
             t_ns: When the last of them arrived.
             baud_rate: Baud rate they were sent at; servos set to another understand nothing.
         """
+        if data and data.find(HEADER, 1) < 0:  # one frame, as nearly always: it ends now
+            self._take(data, t_ns, baud_rate)
+            return
         for piece, behind in split_frames(data):
             self._take(piece, t_ns - wire_ns(behind, baud_rate), baud_rate)
         self.poll(t_ns)
@@ -231,6 +234,19 @@ class VirtualServoBus:
         self._replies.append(reply)
         if len(self._replies) > 1 and self._replies[-2].t_ns > reply.t_ns:
             self._replies = deque(sorted(self._replies, key=lambda one: one.t_ns))
+
+    def _put_in_turn(self, read: MeasuredRead, frames: Sequence[bytes], baud_rate: int) -> None:
+        """Put the answers to a sync read on the wire, each behind the one before."""
+        free_ns, replies = self._wire_free_ns, []
+        for servo_id, delay_ns, data in zip(read.ids, read.delays_ns, frames, strict=True):
+            free_ns += delay_ns + self._work_ns + wire_ns(len(data), baud_rate)
+            replies.append(Reply(free_ns, data, servo_id))
+        self._wire_free_ns = free_ns
+        if not self._replies:  # then they are in order, and none meets another
+            self._replies.extend(replies)
+            return
+        for reply in replies:
+            self._put(reply, baud_rate)
 
     def _collide(self, start_ns: int, end_ns: int, baud_rate: int) -> bool:
         """Garble the replies on the wire in this time; return whether there were any."""
@@ -285,9 +301,9 @@ class VirtualServoBus:
         replies = self._replies
         if len(replies) != count or not count or replies[-1].t_ns >= until_ns:
             return None
-        data = b"".join([reply.data for reply in replies])
-        if len(data) != count * size or any(len(reply.data) != size for reply in replies):
+        if {len(reply.data) for reply in replies} != {size}:
             return None
+        data = b"".join([reply.data for reply in replies])
         for reply in replies:
             if reply.t_ns >= self._next_check_ns:
                 self.poll(reply.t_ns)
@@ -377,12 +393,7 @@ class VirtualServoBus:
                 None if at_once is None else at_once.answers(self._firmware.servos, motors, t_ns)
             )
             if at_once is not None and frames is not None:
-                for servo_id, delay_ns, data in zip(
-                    at_once.ids, at_once.delays_ns, frames, strict=True
-                ):
-                    begin_ns = self._wire_free_ns + delay_ns + self._work_ns
-                    self._wire_free_ns = begin_ns + wire_ns(len(data), baud_rate)
-                    self._put(Reply(self._wire_free_ns, data, servo_id), baud_rate)
+                self._put_in_turn(at_once, frames, baud_rate)
                 return
         for servo_id, address, length in reads_of(frame):
             if servo_id not in listening.by_id and self._silent.get(servo_id, False):

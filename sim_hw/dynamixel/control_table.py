@@ -164,6 +164,12 @@ class ControlTable:
         """Set all that is measured, from ``realtime_tick`` on, in the order of the addresses."""
         self._layout.pack_into(self._memory, self._measured_at, *values)
 
+    def may_show_measured(self, address: int, length: int) -> bool:
+        """Whether bytes that are read may be of what is measured, by themselves or as indirect data."""
+        end, measured = address + length, self._measured_at
+        beside = end <= measured or address >= measured + self._layout.size
+        return not beside or end > self._plain_to
+
     def reset_ram(self) -> None:
         """Forget everything that is not kept without power."""
         for register in self._registers.values():

@@ -197,7 +197,8 @@ class VirtualServo:
             t_ns: When it is asked.
             motors: What the world's sensors give now, None to ask them.
         """
-        self._measure(t_ns, self._world.motors() if motors is None else motors)
+        if self.table.may_show_measured(address, length):
+            self._measure(t_ns, self._world.motors() if motors is None else motors)
         data = self.table.read(address, length)
         return (int(data), b"") if isinstance(data, StatusError) else (0, data)
 

@@ -39,9 +39,9 @@ class ServoWatch:
         if changes != self._changes:
             self._changes = changes
             self._learn_limits()
-        volts = motors.supply_v.tolist()
+        volts, heard_ns = motors.supply_v.tolist(), [servo.heard_ns for servo in servos]
         return (
-            t_ns - min(servo.heard_ns for servo in servos) <= self._patience_ns
+            t_ns - min(heard_ns) <= self._patience_ns
             and self._least_v <= min(volts) / VOLTAGE_UNIT_V
             and max(volts) / VOLTAGE_UNIT_V <= self._most_v
             and max(motors.temperature_c.tolist()) <= self._most_c

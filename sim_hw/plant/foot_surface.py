@@ -59,20 +59,26 @@ def surface(
 
 
 @compiled
-def foot_velocities(
+def feet_now(
+    places: FloatArray,
+    foot_body: IntArray,
+    torso: FloatArray,
     rate: FloatArray,
     foot_v: IntArray,
-    arm: FloatArray,
     rotation: FloatArray,
+    place: FloatArray,
     velocity: FloatArray,
 ) -> None:
-    """Write the velocities of the feet, world axes, (N, 3).
+    """Write the feet and their velocities, world axes.
 
     Args:
+        places: MuJoCo's ``xpos``.
+        foot_body: Rows of the feet in it, (N,).
+        torso: Its row of the torso, (3,).
         rate: MuJoCo's ``qvel``: of the torso in world axes, its spin in its own, slides in its own.
         foot_v: Addresses of the feet's x, y, z in it, (N, 3).
-        arm: From the torso to the feet, world axes, (N, 3).
         rotation: Body to world, (3, 3).
+        place: Changed, (N, 3).
         velocity: Changed, (N, 3).
     """
     spin_x = rotation[0, 0] * rate[3] + rotation[0, 1] * rate[4] + rotation[0, 2] * rate[5]
@@ -80,7 +86,9 @@ def foot_velocities(
     spin_z = rotation[2, 0] * rate[3] + rotation[2, 1] * rate[4] + rotation[2, 2] * rate[5]
     for k in range(len(foot_v)):
         x, y, z = rate[foot_v[k, 0]], rate[foot_v[k, 1]], rate[foot_v[k, 2]]
-        ax, ay, az = arm[k, 0], arm[k, 1], arm[k, 2]
+        for i in range(3):
+            place[k, i] = places[foot_body[k], i]
+        ax, ay, az = place[k, 0] - torso[0], place[k, 1] - torso[1], place[k, 2] - torso[2]
         velocity[k, 0] = spin_y * az - spin_z * ay
         velocity[k, 1] = spin_z * ax - spin_x * az
         velocity[k, 2] = spin_x * ay - spin_y * ax
@@ -92,7 +100,10 @@ def foot_velocities(
 def prepare() -> None:
     """Load or make the machine code, so that no step waits for it."""
     compile_for(surface, NUMBER, *given(1, 1, 1, 1, 1, 2, 2), *out(1, 1))
-    compile_for(foot_velocities, *given(1), *given(2, kind=COUNT), *given(2, 2), *out(2))
+    compile_for(
+        feet_now, *given(2), *given(1, kind=COUNT), *given(1, 1), *given(2, kind=COUNT), *given(2),
+        *out(2, 2),
+    )  # fmt: skip
 
 
 def surface_settings(plant: PlantParameters) -> FloatArray:

@@ -24,7 +24,7 @@ from sim_hw.plant.ballast import (
 )
 from sim_hw.plant.foot_surface import (
     DirectedContacts,
-    foot_velocities,
+    feet_now,
     surface,
     surface_settings,
     varies,
@@ -255,10 +255,12 @@ class Plant:
         on_torso[[0, 1, 5]] += force
 
     def _change_surface(self) -> None:
-        place, p = self._xpos[self._foot_body], self.parameters
+        p = self.parameters
+        place, velocity = np.empty((2, p.legs, 3))
+        self._write_feet(place, velocity)
         surface(
             self.data.time, self._settings, p.mu, p.friction.fade_s, p.friction.adhesion,
-            self._normal, place, self._foot_velocity(), self._coefficients, self._cling,
+            self._normal, place, velocity, self._coefficients, self._cling,
         )  # fmt: skip
         self.model.geom_friction[self._geoms, 0] = self._coefficients
         if self._clings:
@@ -278,12 +280,12 @@ class Plant:
         self.data.xfrc_applied[self._torso] = self._push
         self.data.xfrc_applied[self._torso, :2] += [pull.pull_x + gust[0], pull.pull_y + gust[1]]
 
-    def _foot_velocity(self) -> FloatArray:
-        """Velocities of the feet, world axes, (N, 3)."""
-        arm = self._arms()
-        velocity = np.empty(arm.shape)
-        foot_velocities(self._qvel, self._foot_v, arm, self._torso_turn, velocity)
-        return velocity
+    def _write_feet(self, place: FloatArray, velocity: FloatArray) -> None:
+        """Write the feet and their velocities, world axes, (N, 3) each."""
+        feet_now(
+            self._xpos, self._foot_body, self._torso_position, self._qvel, self._foot_v,
+            self._torso_turn, place, velocity,
+        )  # fmt: skip
 
     def places(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the body's position and quaternion x y z w, and the feet, in the world."""
@@ -307,17 +309,21 @@ class Plant:
 
     def truth(self, t_ns: int) -> BodyTruth:
         """Return where everything is."""
-        position, quaternion, feet = self.places()
-        rotation = self._torso_turn
+        self.refresh()
+        feet = np.empty((3, self.parameters.legs, 3))  # all feet in one piece of memory: place,
+        place, velocity, force = feet  # velocity and force
+        self._write_feet(place, velocity)
+        force[:] = self.foot_force_B
+        readonly(feet)
         return BodyTruth(
             t_ns=t_ns,
-            position_W=readonly(position.copy()),
-            quaternion_xyzw=readonly(quaternion),
-            velocity_B=readonly(self._velocity @ rotation),
+            position_W=readonly(self._torso_position.copy()),
+            quaternion_xyzw=readonly(self._torso_quaternion.take(SCALAR_LAST)),
+            velocity_B=readonly(self._velocity @ self._torso_turn),
             angular_velocity_B=readonly(self._spin.copy()),
-            foot_position_W=readonly(feet),
-            foot_velocity_W=readonly(self._foot_velocity()),
-            foot_force_B=readonly(self.foot_force_B.copy()),
+            foot_position_W=feet[0],
+            foot_velocity_W=feet[1],
+            foot_force_B=feet[2],
             contact=readonly(self.foot_force_B[:, 2] > CONTACT_FORCE_N),
         )
 

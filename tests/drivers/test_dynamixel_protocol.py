@@ -9,6 +9,7 @@ from drivers.dynamixel.frames import (
     HEADER,
     LARGEST_LENGTH,
     OUTSIDE,
+    STUFFING_MARK,
     TRUNCATED,
     BadFrame,
     Frame,
@@ -17,6 +18,7 @@ from drivers.dynamixel.frames import (
     build_instruction,
     build_status,
     crc16,
+    statuses_in_order,
     stuff,
     unstuff,
 )
@@ -289,3 +291,31 @@ def test_clear_forgets_what_is_pending() -> None:
     assert parser.pending == 9
     parser.clear()
     assert parser.feed(POSITION_166) == [FRAME_166]
+
+
+@given(
+    st.lists(st.integers(0, 252), min_size=1, max_size=7, unique=True),
+    st.integers(0, 40),
+    st.data(),
+)
+def test_answers_in_order_are_those_that_the_parser_finds(
+    ids: list[int], length: int, data: st.DataObject
+) -> None:
+    """Also with a bit that fell over somewhere: the same answers, or none."""
+    answers = [
+        (data.draw(st.integers(0, 255)), data.draw(st.binary(min_size=length, max_size=length)))
+        for _ in ids
+    ]
+    raw = bytearray(
+        b"".join(build_status(i, *answer) for i, answer in zip(ids, answers, strict=True))
+    )
+    if data.draw(st.booleans()):
+        raw[data.draw(st.integers(0, len(raw) - 1))] ^= 1 << data.draw(st.integers(0, 7))
+    found = FrameParser().feed(bytes(raw))
+    parsed = [(f.servo_id, f.error, f.parameters) for f in found if isinstance(f, Frame)]
+    in_order = statuses_in_order(bytes(raw), bytes(ids), length)
+    if in_order is not None:
+        assert parsed == [(i, *answer) for i, answer in zip(ids, in_order, strict=True)]
+    stuffed = any(STUFFING_MARK in bytes([error]) + sent for error, sent in answers)
+    if not stuffed and parsed == [(i, *answer) for i, answer in zip(ids, answers, strict=True)]:
+        assert in_order == answers

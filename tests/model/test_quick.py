@@ -1,12 +1,13 @@
 """A quick dataclass is the dataclass that it was made from."""
 
 import pickle
-from dataclasses import FrozenInstanceError, dataclass, field, replace
+from copy import copy
+from dataclasses import FrozenInstanceError, astuple, dataclass, field, fields, replace
 from inspect import signature
 
 import pytest
 
-from model.values.quick import quick
+from model.values.quick import MANY_FIELDS, quick
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,46 @@ def test_it_takes_the_same_arguments_and_stays_frozen() -> None:
         one.first = 2  # type: ignore[misc]
     with pytest.raises(TypeError, match="missing 1 required positional argument: 'first'"):
         Quick()  # type: ignore[call-arg]
+
+
+@dataclass(frozen=True, slots=True)
+class PlainMany:
+    """As many fields as are stored in another way."""
+
+    first: int
+    second: str
+    third: float
+    fourth: bytes = b""
+    fifth: tuple[int, ...] = ()
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class Many:
+    """The same, made quickly."""
+
+    first: int
+    second: str
+    third: float
+    fourth: bytes = b""
+    fifth: tuple[int, ...] = ()
+
+
+def test_one_with_many_fields_is_of_its_class_and_stays_frozen() -> None:
+    assert len(fields(Many)) >= MANY_FIELDS
+    assert signature(Many) == signature(PlainMany)
+    one, plain = Many(1, "two", 3.0, fifth=(5,)), PlainMany(1, "two", 3.0, fifth=(5,))
+    assert type(one) is Many
+    assert isinstance(one, Many)
+    assert astuple(one) == astuple(plain)
+    assert repr(one) == repr(plain).replace("PlainMany", "Many")
+    assert replace(one, first=5) == Many(5, "two", 3.0, fifth=(5,)) != one
+    assert pickle.loads(pickle.dumps(one)) == copy(one) == one
+    assert hash(one) == hash(copy(one))
+    with pytest.raises(FrozenInstanceError):
+        one.third = 2.0  # type: ignore[misc]
+    with pytest.raises(AttributeError):
+        object.__setattr__(one, "sixth", 6)
 
 
 def test_what_does_more_than_store_its_fields_is_refused() -> None:

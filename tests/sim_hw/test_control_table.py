@@ -8,7 +8,7 @@ from drivers.dynamixel.catalog import MX_106
 from drivers.dynamixel.frames import StatusError
 from drivers.dynamixel.servo_model import ServoModel
 from sim_hw.assumed import ServoAssumed
-from sim_hw.dynamixel.control_table import ControlTable
+from sim_hw.dynamixel.control_table import ControlTable, measured_run
 
 GAPS = ServoAssumed(reserved="error")
 
@@ -61,3 +61,15 @@ def test_a_read_across_a_gap_is_zeros_or_an_error_as_is_assumed() -> None:
     gap = min(ends - begins)
     assert ControlTable(MX_106, 1, 3, 0).read(gap, 1) == b"\0"
     assert ControlTable(MX_106, 1, 3, 0, GAPS).read(gap, 1) is StatusError.ACCESS
+
+
+def test_only_reads_of_what_is_measured_ask_for_it() -> None:
+    table = ControlTable(MX_106, 1, 3, 0)
+    run = measured_run(MX_106)
+    end = run.address + run.layout.size
+    indirect = MX_106.table["indirect_data_1"]
+    assert not table.may_show_measured(0, run.address)
+    assert table.may_show_measured(run.address - 1, 2)
+    assert table.may_show_measured(end - 1, 1)
+    assert not table.may_show_measured(end, indirect.address - end)
+    assert table.may_show_measured(indirect.address, 1), "it may point there"

@@ -449,9 +449,10 @@ def moved(bus: FaultyBus, goal: int) -> tuple[list[float], list[int], list[int]]
     """Ticks, Moving and Moving Status after a goal, 20 ms apart for 3 s; reading takes no time."""
     bus.write("goal_position", goal)
     servo, ticks, moving, status = bus.bus.servos[0], [], [], []
+    at = servo.table.model.table["moving"].address
     for _ in range(150):
         bus.hear(20.0)
-        servo.read(0, 1, bus.t_ns)
+        servo.read(at, 2, bus.t_ns)
         ticks.append(float(bus.motors.motors().ticks[0]))
         moving.append(servo.table.get("moving"))
         status.append(servo.table.get("moving_status"))
