@@ -120,7 +120,7 @@ def test_gain_and_motor_are_indistinguishable_without_the_duty(gain: int, tmp_pa
     files = map(str, sorted((Path(FOLDER) / "xl330_pendulum").glob(f"kp{gain}_*.parquet")))
     words = ["import", *files, "--map", str(without_duty(tmp_path)), "--out", str(tmp_path / "t")]
     assert cli.run(words) == 0
-    found = diagnose(of_gain(tmp_path / "t", gain), tmp_path / "page.html")
+    found = diagnose(of_gain(tmp_path / "t", gain), tmp_path / "told.json")
     motor = {"supply_voltage", "torque_constant", "winding_resistance"}
     alike = [set(pair) for pair in found["ambiguous_with"]]
     assert found["verdict"] == "ambiguous"
@@ -132,7 +132,7 @@ def test_load_friction_that_motor_constants_hide_is_named(gain: int, tmp_path: P
     files = map(str, sorted((Path(FOLDER) / "xl330_pendulum").glob(f"kp{gain}_*.parquet")))
     words = ["import", *files, "--map", str(published(tmp_path)), "--out", str(tmp_path / "t")]
     assert cli.run(words) == 0
-    found = diagnose(of_gain(tmp_path / "t", gain), tmp_path / "page.html")
+    found = diagnose(of_gain(tmp_path / "t", gain), tmp_path / "told.json")
     assert any(one["effect"].endswith("load_friction") for one in found["causes"])
     shaft = found["channels"][0]
     assert shaft["after"] < shaft["before"]
