@@ -1,38 +1,72 @@
-"""How fast legs move to their places: in tests nearly twice as fast as usual, for that is most of a walk.
+"""How legs move to their places: in tests nearly twice as fast as usual and two at a time.
 
-At the usual pace a walk of a third of a second takes ten: legs move to where the gait begins, and to the
-stand. The pace itself is tested in ``tests/gaits/test_plan.py``; logs that were recorded at the usual pace
-are replayed at it (``usual_pace``), and programs in processes of their own have it anyway.
+That is most of a walk: at the usual pace, and one leg after the other, a walk of a third of a second takes
+ten, for legs move to where the gait begins, and to the stand. The pace and the order are tested in
+``tests/gaits/test_plan.py``; logs that were recorded as a drive does it are replayed so (``usual_pace``),
+and programs in processes of their own do it anyway.
 """
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
 
 from gaits import moves
+from gaits.moves import LegMoves, MovePace
+from model.values.arrays import FloatArray, IntArray, readonly
 
 USUAL = (moves.MOVE_SPEED_RAD_S, moves.MOVE_SHARE)
 BRISK = (3.8, 1.0)
+ONE_AFTER_THE_OTHER = LegMoves.sequence
+
+
+def two_at_a_time(
+    t_ns: int, begin_rad: FloatArray, end_rad: FloatArray, order: IntArray, pace: MovePace
+) -> LegMoves:
+    """As ``LegMoves.sequence``, but the next two legs begin when both of the two before have arrived."""
+    one = ONE_AFTER_THE_OTHER(t_ns, begin_rad, end_rad, order, pace)
+    takes = one.stop_ns - one.start_ns
+    moving = [leg for leg in order if takes[leg] > 0]
+    starts = np.full_like(one.start_ns, t_ns)
+    stops = starts.copy()
+    now = t_ns
+    for pair in (moving[first : first + 2] for first in range(0, len(moving), 2)):
+        starts[pair] = now
+        stops[pair] = now + takes[pair]
+        now = int(stops[pair].max())
+    return LegMoves(one.begin_rad, one.end_rad, readonly(starts), readonly(stops))
 
 
 @contextmanager
-def pace(speed_rad_s: float, share: float) -> Iterator[None]:
+def brisk() -> Iterator[None]:
+    """Legs move to their places fast and in pairs."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(moves, "MOVE_SPEED_RAD_S", speed_rad_s)
-        patch.setattr(moves, "MOVE_SHARE", share)
+        patch.setattr(moves, "MOVE_SPEED_RAD_S", BRISK[0])
+        patch.setattr(moves, "MOVE_SHARE", BRISK[1])
+        patch.setattr(LegMoves, "sequence", staticmethod(two_at_a_time))
+        yield
+
+
+@contextmanager
+def usual() -> Iterator[None]:
+    """Legs move as in a drive by the command."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(moves, "MOVE_SPEED_RAD_S", USUAL[0])
+        patch.setattr(moves, "MOVE_SHARE", USUAL[1])
+        patch.setattr(LegMoves, "sequence", staticmethod(ONE_AFTER_THE_OTHER))
         yield
 
 
 @pytest.fixture(scope="session", autouse=True)
 def brisk_pace() -> Iterator[None]:
     """All tests but those that use ``usual_pace``."""
-    with pace(*BRISK):
+    with brisk():
         yield
 
 
 @pytest.fixture(scope="module")
 def usual_pace() -> Iterator[None]:
     """Legs move as in a drive by the command, in a whole module."""
-    with pace(*USUAL):
+    with usual():
         yield

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from filelock import FileLock
 
-from tests.pace import BRISK, pace
+from tests.pace import brisk
 
 SHORT = ("--duration", "0.3", "--frequency-hz", "0.2")
 CYCLE = ("--cycles", "1", "--frequency-hz", "0.3")
@@ -24,7 +24,7 @@ def walk_log(factory: pytest.TempPathFactory, words: tuple[str, ...]) -> Path:
     with FileLock(folder / "lock"):
         if not path.exists():
             made = folder / "made.mcap"
-            with pace(*BRISK):  # whoever asks first
+            with brisk():  # whoever asks first
                 assert run(["drive", "--virtual-time", *words, "--log", str(made)]) == 0
             made.rename(path)
     return path

@@ -77,10 +77,10 @@ def command(words: Sequence[str]) -> str:
 
 
 def diagnose(trials: Sequence[str], out: Path, *more: str) -> Found:
-    """Run ``bigant gap diagnose``; return its JSON and leave its page."""
+    """Run ``bigant gap diagnose``; return its JSON and leave its page, or no page at ``out`` of .json."""
     told = out.with_suffix(".json")
-    words = ["gap", "diagnose", *trials, "--jobs", "1", "--json", str(told), "--html", str(out)]
-    command([*words, *more])
+    page = [] if out == told else ["--html", str(out)]
+    command(["gap", "diagnose", *trials, "--jobs", "1", "--json", str(told), *page, *more])
     found: Found = json.loads(told.read_text(encoding="utf-8"))
     return found
 

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -157,12 +158,13 @@ def run(
     return states, estimates
 
 
-WALK = list(simulate(SETTINGS, 31, 150).inputs)
-MUTE = [replace(known, forces=None) for known in WALK]
+@cache  # not made by whoever only collects tests
+def walk() -> list[OdometryInputs]:
+    return list(simulate(SETTINGS, 31, 150).inputs)
 
 
 def test_tolerances_of_nothing_spread_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    with_them, estimates = run(WALK, EXACT)
+    with_them, estimates = run(walk(), EXACT)
     for state, estimate in zip(with_them, estimates, strict=True):
         assert np.abs(state.companions.apart).max() < 1e-9
         np.testing.assert_allclose(
@@ -178,7 +180,7 @@ def test_tolerances_of_nothing_spread_nothing(monkeypatch: pytest.MonkeyPatch) -
         return Stride(model, state.companions, _NOTHING, step)
 
     monkeypatch.setattr(filter_module, "stride", alone)
-    without, _ = run(WALK, EXACT)
+    without, _ = run(walk(), EXACT)
     np.testing.assert_allclose(with_them[-1].mean, without[-1].mean, rtol=0, atol=1e-9)
     np.testing.assert_allclose(
         with_them[-1].covariance, without[-1].covariance, rtol=1e-7, atol=1e-14
@@ -197,7 +199,7 @@ def test_legs_in_another_order_give_the_same_spread() -> None:
         forces = replace(known.forces, force_n=known.forces.force_n[order])
         return replace(known, feet=feet, forces=forces)
 
-    one, other = run(WALK)[1][-1], run([shuffled(known) for known in WALK])[1][-1]
+    one, other = run(walk())[1][-1], run([shuffled(known) for known in walk()])[1][-1]
     np.testing.assert_allclose(
         other.companion_pose[:6], one.companion_pose[:6][order], rtol=1e-5, atol=1e-9
     )
@@ -213,7 +215,7 @@ def test_a_mirrored_walk_mirrors_the_spread() -> None:
         forces = replace(known.forces, force_n=known.forces.force_n * sign)
         return replace(known, feet=feet, forces=forces)
 
-    one, other = run(WALK)[1][-1], run([mirrored(known) for known in WALK])[1][-1]
+    one, other = run(walk())[1][-1], run([mirrored(known) for known in walk()])[1][-1]
     flip = np.array([1.0, -1.0, -1.0])
     expected = one.pose_covariance * np.outer(flip, flip)
     np.testing.assert_allclose(other.pose_covariance, expected, rtol=1e-5, atol=1e-12)
@@ -232,7 +234,8 @@ def test_twice_the_time_is_twice_the_spread() -> None:
 
 
 def test_the_covariance_of_the_pose_is_the_filters_and_the_spread() -> None:
-    for inputs in (WALK, MUTE):
+    mute = [replace(known, forces=None) for known in walk()]
+    for inputs in (walk(), mute):
         for state, estimate in zip(*run(inputs), strict=True):
             apart = state.companions.apart
             up, down = apart[: ROBOTS // 2], apart[ROBOTS // 2 :]
@@ -245,10 +248,10 @@ def test_the_covariance_of_the_pose_is_the_filters_and_the_spread() -> None:
 
 def test_an_absolute_pose_gathers_the_spread_in_the_covariance() -> None:
     estimator = Estimator(CONTACT, WEIGHT_N)
-    state = run(WALK[:-1])[0][-1]
-    without, _ = estimator.step(state, WALK[-1])
+    state = run(walk()[:-1])[0][-1]
+    without, _ = estimator.step(state, walk()[-1])
     seen = np.array([*without.mean[:2], np.nan])
-    gathered, estimate = estimator.step(state, replace(WALK[-1], pose_W=seen))
+    gathered, estimate = estimator.step(state, replace(walk()[-1], pose_W=seen))
     assert not gathered.companions.apart.any()
     assert not estimate.companion_pose.any()
     expected = without.before[1].copy()
@@ -257,19 +260,19 @@ def test_an_absolute_pose_gathers_the_spread_in_the_covariance() -> None:
     assert np.trace(without.companions.pose_covariance) > 1e-8
     np.testing.assert_array_equal(estimate.pose_covariance, gathered.covariance[POSE, POSE])
     # a pose that nobody knows is none
-    nowhere, _ = estimator.step(state, replace(WALK[-1], pose_W=np.full(3, np.nan)))
+    nowhere, _ = estimator.step(state, replace(walk()[-1], pose_W=np.full(3, np.nan)))
     assert nowhere.companions.apart.tobytes() == without.companions.apart.tobytes()
 
 
 def test_standing_still_does_not_spread_the_companions() -> None:
-    still = FootMotion(WALK[-1].feet.position_m, np.zeros((6, 3)))
+    still = FootMotion(walk()[-1].feet.position_m, np.zeros((6, 3)))
     force = np.zeros((6, 3))
     force[:, 2] = WEIGHT_N / 6
     standing = []
     for i in range(150, 350):
         heard = FootForces(i * PERIOD_NS, force, np.ones(6, dtype=bool))
         standing.append(OdometryInputs(i * PERIOD_NS, still, heard))
-    states, estimates = run(WALK + standing)
+    states, estimates = run(walk() + standing)
     assert estimates[200].holding
     assert states[-1].companions.apart.tobytes() == states[200].companions.apart.tobytes()
     before, after = (states[i].companions.pose_covariance for i in (149, -1))

@@ -1,13 +1,13 @@
-"""Virtual servos without a plant behind a pseudo-terminal, in a process of their own.
+"""Virtual servos without a plant behind a pseudo-terminal, in a copy of the process of the tests.
 
 As ``bigant sim serve`` does it, for tests of commands: nearly no arithmetic, so that a busy host still
 answers in time.
 """
 
+import os
 import select
-import subprocess
-import sys
-from pathlib import Path
+from multiprocessing import get_context
+from multiprocessing.process import BaseProcess
 
 from drivers.clock import MonotonicClock
 from sim_hw.dynamixel.bus import VirtualServoBus
@@ -15,7 +15,6 @@ from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.dynamixel.pty import PtyServoBus
 from tests.sim_hw.motors import SimpleMotors
 
-ROOT = Path(__file__).resolve().parents[2]
 IDS = (1, 2, 3, 4, 5, 6)
 
 
@@ -27,36 +26,31 @@ class LightServos:
     """
 
     def __init__(self, *absent: int) -> None:
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "tests.robot.light_servos", *(str(i) for i in absent)],
-            stdout=subprocess.PIPE,
-            text=True,
-            cwd=ROOT,
+        reading, writing = os.pipe()
+        self.process: BaseProcess = get_context("fork").Process(
+            target=serve, args=(writing, absent), daemon=True
         )
-        assert self.process.stdout is not None
-        self.port = self.process.stdout.readline().strip()
+        self.process.start()
+        os.close(writing)
+        with os.fdopen(reading) as said:
+            self.port = said.readline().strip()
 
     def close(self) -> None:
         self.process.terminate()
-        self.process.wait(20)
-        assert self.process.stdout is not None
-        self.process.stdout.close()
+        self.process.join(20)
 
 
-def serve() -> None:
+def serve(writing: int, absent: tuple[int, ...]) -> None:
     """Serve until terminated."""
     firmware, clock = FirmwareBank(len(IDS)), MonotonicClock()
     bus = VirtualServoBus(SimpleMotors(firmware, len(IDS)), firmware, IDS, 1_000_000)
-    for servo_id in sys.argv[1:]:
-        bus.silence(int(servo_id))
+    for servo_id in absent:
+        bus.silence(servo_id)
     pty = PtyServoBus(bus)
-    print(pty.device_name, flush=True)
+    with os.fdopen(writing, "w") as said:
+        print(pty.device_name, file=said)
     while True:
         due_ns = pty.next_due_ns()
         wait_s = 0.01 if due_ns is None else max(0.0, (due_ns - clock.now_ns()) * 1e-9)
         select.select(pty.filenos(), [], [], wait_s)
         pty.service(clock.now_ns())
-
-
-if __name__ == "__main__":
-    serve()

@@ -55,7 +55,7 @@ from sim_hw.clock import VirtualClock
 from sim_hw.dynamixel.bus import VirtualServoBus
 from tests.drivers.test_servo_bus import Bench, make_bench
 from tests.robot.light_servos import LightServos
-from tests.robot.sim_serve import Sim
+from tests.robot.sim_serve import ForkedSim
 
 CONFIG = load_robot()
 MODELS = dict(zip(CONFIG.servo_bus.names, CONFIG.servo_bus.models, strict=True))
@@ -474,7 +474,7 @@ def test_check_of_served_devices(capsys: pytest.CaptureFixture[str]) -> None:
     A busy host loses answers and misses ticks, and the list says so; what is judged in real time is
     tested in memory above.
     """
-    sim = Sim()
+    sim = ForkedSim()
     words = ["check", "--hardware", sim.port, "--force-unit", sim.unit, "--loop", "1", "--json"]
     try:
         code = cli.run([*words, "--armed"])

@@ -78,11 +78,18 @@ def first_day(
 
 
 def do_steps(day: FirstDay, numbers: Sequence[int]) -> Record:
-    """Do steps without the pictures of the page that each of them writes: they take far longer than it."""
-    with without_pictures():
-        for number in numbers:
+    """Do steps; of the page that each of them writes, only the last is made, and without its pictures."""
+    for number in numbers:
+        with pytest.MonkeyPatch.context() as patch, without_pictures():
+            if number != numbers[-1]:
+                patch.setattr("robot.bringup.first_day.page.day_page", no_page)
             day.do(only=number)
     return day.record
+
+
+def no_page(record: Record, config: RobotConfig) -> str:
+    """In place of a page that the next step writes again: it takes far longer than the step."""
+    return ""
 
 
 def findings_of(record: Record, number: int) -> dict[str, Finding]:
@@ -486,6 +493,7 @@ def stubborn(site: VirtualSite) -> _Stubborn:
     return _Stubborn(site.robot, CONFIG.servo_bus.names)
 
 
+@pytest.mark.usefixtures("words_only")
 def test_quit_and_go_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     site = site_with(tmp_path)
     person = stubborn(site)
@@ -501,6 +509,7 @@ def test_quit_and_go_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert "3 of 13 steps are done, going on with step 4" in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("words_only")
 @pytest.mark.parametrize("number", soaked([4, 9], lambda number: number == 4))
 def test_ctrl_c_while_torque_is_on_leaves_torque_off(number: int, tmp_path: Path) -> None:
     site = site_with(tmp_path)
@@ -525,6 +534,7 @@ def test_ctrl_c_while_torque_is_on_leaves_torque_off(number: int, tmp_path: Path
     assert day.do(only=number) is ExitCode.OK
 
 
+@pytest.mark.usefixtures("words_only")
 def test_torque_that_is_not_confirmed_off_is_said(tmp_path: Path) -> None:
     site = site_with(tmp_path)
     person = stubborn(site)

@@ -24,7 +24,7 @@ from robot.config.robot_file import load_robot
 from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.person import Consent, TerminalPerson
 from sim_hw.faults.scenario import load_scenario
-from tests.robot.sim_serve import Sim
+from tests.robot.sim_serve import ForkedSim
 
 PORT = os.environ.get("BIGANT_HITL_PORT", "")
 UNIT = os.environ.get("BIGANT_HITL_UNIT", "none")
@@ -70,7 +70,7 @@ def test_a_step_on_the_real_robot(step: DayStep, real_day: FirstDay) -> None:
 
 @pytest.mark.soak
 def test_the_real_path_on_served_devices(
-    sim: Sim, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    sim: ForkedSim, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The steps that need neither torque nor a person, over a pseudo-terminal and sockets, in real time."""
     words = ["bringup", "--hardware", sim.port, "--force-unit", sim.unit, "--yes"]
@@ -88,7 +88,7 @@ def test_the_real_path_on_served_devices(
 
 
 @pytest.fixture(scope="module")
-def sim() -> Iterator[Sim]:
-    served = Sim()
+def sim() -> Iterator[ForkedSim]:
+    served = ForkedSim()
     yield served
     served.close()

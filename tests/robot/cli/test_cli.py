@@ -18,7 +18,7 @@ from robot.cli import main as cli
 from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 from tests.robot.browser import without_scripts
-from tests.robot.sim_serve import WATCHDOG_S, Sim, patient_robot
+from tests.robot.sim_serve import WATCHDOG_S, ForkedSim, Sim, patient_robot
 from tests.walk_logs import SHORT
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -205,7 +205,7 @@ def test_a_robot_file_with_a_mistake_names_the_key(
 
 @pytest.mark.soak
 def test_real_ports_are_only_listened_to_unless_armed(tmp_path: Path) -> None:
-    sim = Sim()
+    sim = ForkedSim()
     try:
         log = tmp_path / "log.mcap"
         ports = ["--hardware", sim.port, "--force-unit", sim.unit]
@@ -230,7 +230,7 @@ def test_real_ports_are_only_listened_to_unless_armed(tmp_path: Path) -> None:
 def test_hardware_that_is_not_as_it_should_be(
     words: list[str], more: list[str], said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    sim = Sim(*words)
+    sim = ForkedSim(*words)
     try:
         arguments = more or ["--force-unit", sim.unit]
         code = bigant("drive", "--hardware", sim.port, "--armed", "--log", "none", *arguments)
@@ -241,7 +241,7 @@ def test_hardware_that_is_not_as_it_should_be(
 
 
 def test_devices_finds_the_servos(capsys: pytest.CaptureFixture[str]) -> None:
-    sim = Sim()
+    sim = ForkedSim()
     try:
         words = ["devices", "--port", sim.port, "--baud", "1000000", "--discover", "none"]
         assert bigant(*words, "--json") == ExitCode.OK

@@ -115,10 +115,10 @@ OVERLOAD_LIMITS = {"max_current = 4.0 ": "max_current = 6.8 "}
 
 def turns_and_brownouts(count: int, more: str = RECOVERY) -> BenchRun:
     faults = "".join(
-        f'[[fault]]\nkind = "brownout"\nservo = 4\nstart_s = {3.5 + 4.5 * n}\nduration_s = 0.1\n'
+        f'[[fault]]\nkind = "brownout"\nservo = 4\nstart_s = {2.2 + 3.2 * n}\nduration_s = 0.1\n'
         for n in range(count)
     )
-    return bench_run(faults, config=changed(more=more), seconds=3.5 + 4.5 * count)
+    return bench_run(faults, config=changed(more=more), seconds=2.2 + 3.2 * count)
 
 
 @pytest.fixture(scope="module")
@@ -161,16 +161,16 @@ def test_it_ends_when_it_happens_too_often() -> None:
 
 
 def test_an_overload_is_rebooted_away_and_its_cause_kept() -> None:
-    overload = '[[fault]]\nkind = "overload"\nservo = 6\nstart_s = 4.0\nduration_s = 2.1\n'
+    overload = '[[fault]]\nkind = "overload"\nservo = 6\nstart_s = 2.7\nduration_s = 2.1\n'
     config = changed(OVERLOAD_LIMITS, RECOVERY)
-    done = bench_run(overload, config=config, seconds=9.0)
+    done = bench_run(overload, config=config, seconds=7.7)
     assert done.result.reason is StopReason.EMERGENCY, done.result.detail
     _, words = done.first(FaultKind.SERVO_RECOVERED)
     assert "FR (id 6) shut itself down: overload, holds again at" in words
 
 
 def test_a_cause_that_is_not_allowed_stops_with_its_name() -> None:
-    hot = '[[fault]]\nkind = "overheating"\nservo = 5\nstart_s = 4.0\n'
+    hot = '[[fault]]\nkind = "overheating"\nservo = 5\nstart_s = 2.7\n'
     done = bench_run(hot, config=changed(more=RECOVERY))
     assert done.result.reason is StopReason.SERVO_FAULT
     assert "overheating" in done.result.detail

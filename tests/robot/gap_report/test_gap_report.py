@@ -108,6 +108,7 @@ def test_a_machine_without_a_name_is_called_by_its_file(tmp_path: Path) -> None:
     assert machine_words(replace(trial, header=named)) == "Rig 2, joint arm"
 
 
+@pytest.mark.usefixtures("words_only")
 def test_each_rival_is_said_with_its_cause(two: Diagnosis) -> None:
     assert two.sentence.endswith("These runs cannot distinguish play at arm from backlash at arm.")
     rows = re.findall(
@@ -117,6 +118,7 @@ def test_each_rival_is_said_with_its_cause(two: Diagnosis) -> None:
     assert rows == [("play at arm", "backlash at arm")]
 
 
+@pytest.mark.usefixtures("words_only")
 def test_one_run_judged_by_its_own_end_is_not_called_a_held_out_run(found: Diagnosis) -> None:
     d = replace(found, fitted_trials=(0,), held_out_trials=(0,))
     assert "on the last third of the run" in d.sentence
@@ -126,6 +128,7 @@ def test_one_run_judged_by_its_own_end_is_not_called_a_held_out_run(found: Diagn
     assert "on a held-out run" in found.sentence
 
 
+@pytest.mark.usefixtures("words_only")
 def test_a_cause_that_shows_in_other_stages_is_explained_once(found: Diagnosis) -> None:
     silent, loud = (
         next(s for s in found.where.stages if bool(np.isnan(s.own)) is seen)
@@ -248,6 +251,7 @@ def test_sizes_are_values_that_make_sense(
     assert size_words(Detectable("e", "p", size, unit, neutral, lower, upper)) == words
 
 
+@pytest.mark.usefixtures("words_only")
 def test_a_size_beyond_the_bounds_is_no_size_anywhere(nothing: Diagnosis) -> None:
     one = Detectable("hip_mount_offset", "x_m", 0.064, "m", 0.0, -0.05, 0.05)
     d = replace(nothing, detectable=(one, replace(one, parameter="y_m", size=0.04)))
@@ -270,6 +274,7 @@ def next_run(number: int, pair: tuple[str, str] = ("delay", "lag"), limits: str 
     )
 
 
+@pytest.mark.usefixtures("words_only")
 def test_the_best_runs_are_shown_with_their_pair_once(two: Diagnosis) -> None:
     page = diagnosis_page(replace(two, next=tuple(map(next_run, range(8)))), *SUBJECT)
     assert page.count("delay from lag") == 1

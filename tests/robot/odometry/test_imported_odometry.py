@@ -26,7 +26,7 @@ ANGLES = ("body_roll_rad", "body_pitch_rad", "body_yaw_rad")
 
 
 @pytest.fixture(scope="module")
-def table(usual_pace: None) -> Mapping[str, FloatArray]:
+def table() -> Mapping[str, FloatArray]:
     """What a lab writes down of a walk of a cycle, 50 times a second: time, commands, angles, poses."""
     log = walk_in_memory(CONFIG, "tripod", cycles=1, seed=3, progress=lambda _: None)
     turns = Rotation.from_quat(log.truth_quaternion_xyzw).as_euler("ZYX")[:, ::-1]

@@ -57,7 +57,7 @@ def plant() -> RobotConfig:
 
 
 @pytest.fixture(scope="module")
-def walked(usual_pace: None) -> list[Tick]:
+def walked() -> list[Tick]:
     """It stands up, walks a cycle, and stands still."""
     there = plant()
     settings = VirtualSettings(seed=5, imu=ASKEW)

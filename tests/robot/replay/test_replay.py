@@ -33,6 +33,7 @@ from robot.run.header import controller_metadata
 from robot.run.operator import Interrupts
 from robot.run.rebuilt import rebuild_controller
 from robot.virtual.open import open_in_memory
+from tests.pace import brisk
 from tests.replay.golden import log_of, replayed, write
 from tests.robot.bench_runs import bench_run
 from tests.robot.bench_runs import changed as changed_file
@@ -124,13 +125,15 @@ def test_timing_is_not_compared_but_a_gap_ends_the_replay(tmp_path: Path) -> Non
 
 def test_a_run_with_recoveries_replays_from_its_faults_alone(tmp_path: Path) -> None:
     """A log keeps the faults; which servo went down and came back is read from them."""
-    brownout = '[[fault]]\nkind = "brownout"\nservo = 4\nstart_s = 4.0\nduration_s = 0.1\n'
+    brownout = '[[fault]]\nkind = "brownout"\nservo = 4\nstart_s = 2.2\nduration_s = 0.1\n'
     config = changed_file(more="[safety.recovery]\nmost = 2\nafter_restart = true\n")
-    done = bench_run(brownout, config=config, seconds=8.0)
-    calibrations = open_in_memory(config).calibrations
     path = tmp_path / "recovered.mcap"
-    write(path, done.ticks, Controller(config, calibrations, armed=True), calibrations)
-    result = replay_log(path, scale=0.0)
+    with brisk():
+        done = bench_run(brownout, config=config, seconds=5.4)
+        calibrations = open_in_memory(config).calibrations
+        write(path, done.ticks, Controller(config, calibrations, armed=True), calibrations)
+        result = replay_log(path, scale=0.0)
+    assert done.first(FaultKind.SERVO_RECOVERED)[0] < 5.0
     assert result.equal
     assert result.equal_bits == result.ticks == len(done.ticks)
     both = [
@@ -256,7 +259,8 @@ def test_real_servos_take_their_limits_from_here_and_not_from_the_log(
     foreign.write_text(text.replace("late_ticks = 20 ", "late_ticks = 900 "))
     log = tmp_path / "foreign.mcap"
     drive = ["drive", "--virtual-time", "--cycles", "0.05", "--robot", str(foreign)]
-    assert run([*drive, "--log", str(log), "--force-unit", "none", "--rate-hz", "50"]) == 0
+    with brisk():
+        assert run([*drive, "--log", str(log), "--force-unit", "none", "--rate-hz", "50"]) == 0
     asked: list[tuple[RobotConfig, int | None]] = []
 
     def seen(request: DriveRequest, config: RobotConfig, *_: object) -> ExitCode:

@@ -22,12 +22,17 @@ SOON_S = {StopReason.LINK_LOST: 0.05, StopReason.SERVO_LOST: 2.5, StopReason.SER
 
 
 # Faults of the page come at 5.5 s, in the first steps; at the pace of tests these are so much earlier.
-FAULT_S = 3.2
+FAULT_S = 1.9
+# A cycle takes 3.3 s, near the shortest that the servos can, instead of 4.
+FREQUENCY_HZ = 0.3
 
 
 @pytest.fixture(autouse=True)
 def early_faults(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(matrix, "FAULT_S", FAULT_S)
+    monkeypatch.setattr(matrix, "WALK_S", matrix.WALK_S * matrix.FREQUENCY_HZ / FREQUENCY_HZ)
+    monkeypatch.setattr(matrix, "FREQUENCY_HZ", FREQUENCY_HZ)
+    monkeypatch.setattr(matrix, "CYCLE_S", 1 / FREQUENCY_HZ)
 
 
 def names(case: Case) -> str:

@@ -31,7 +31,7 @@ from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.assumed import ImuAssumed
 from sim_hw.faults.scenario import parse_scenario
 from tests.robot.runs import Kept, Told, wish
-from tests.robot.sim_serve import Sim
+from tests.robot.sim_serve import ForkedSim
 
 TEXT = load_robot().text
 WITH_IMU = TEXT + '\n[imu]\nport = "/dev/ttyIMU"\n'
@@ -222,7 +222,7 @@ def test_drive_in_real_time_hears_the_virtual_imu_on_its_pseudo_terminal(tmp_pat
 def test_served_devices_have_an_imu_too(tmp_path: Path) -> None:
     robot = tmp_path / "robot.toml"
     robot.write_text(WITH_IMU, encoding="utf-8")
-    sim = Sim("--robot", str(robot))
+    sim = ForkedSim("--robot", str(robot))
     try:
         assert sim.imu
         with serial.Serial(sim.imu, 115_200, timeout=20.0) as port:

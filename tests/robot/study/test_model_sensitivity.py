@@ -202,10 +202,10 @@ def test_the_table_and_the_picture(
 
 
 def walked() -> Recording:
-    """Five seconds of the virtual robot; torque is cut in mid-walk, to save the way to a stand."""
+    """Some seconds of the virtual robot; torque is cut in mid-walk, to save the way to a stand."""
     cut = wish(Intent.CUT, reason=StopReason.OPERATOR)
     walk = wish(Intent.WALK, frequency_hz=0.2)
-    _, ticks, _ = drive(Told(lambda t, _: cut if t > 4.7 else walk))
+    _, ticks, _ = drive(Told(lambda t, _: cut if t > 3.4 else walk))
     return build_recording(
         ticks,
         machine=one_joint_a_leg(LEGS.names),

@@ -113,8 +113,8 @@ def test_a_log_is_published_as_it_is(
     assert f"{len(log.t_s):>8} x /joint_states" in capsys.readouterr().out
 
 
-def test_frames_are_those_of_rep_105(short_walk: Path, ros: Ros) -> None:
-    assert cli.run(["view", "--ros2", str(short_walk), "--speed", "1000"]) == ExitCode.OK
+def test_frames_are_those_of_rep_105(cycle_walk: Path, ros: Ros) -> None:
+    assert cli.run(["view", "--ros2", str(cycle_walk), "--speed", "1000"]) == ExitCode.OK
     odom, truth = ros.decoded("/odom")[-1], ros.decoded("/odom_truth")[-1]
     assert (odom.header.frame_id, odom.child_frame_id) == ("odom", "base_link")
     assert (truth.header.frame_id, truth.child_frame_id) == ("map", "base_link")

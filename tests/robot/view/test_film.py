@@ -84,6 +84,7 @@ def test_wrong_words_for_a_film_are_answered_before_any_work(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.usefixtures("words_only")  # of the page beside it; test_cli.py has those
 def test_a_log_becomes_a_film_of_its_length(
     short_walk: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from tests.robot.other_servos import XL330, other_robot
-from tests.robot.sim_serve import Sim
+from tests.robot.sim_serve import ForkedSim
 
 rustypot = pytest.importorskip("rustypot", reason="rustypot is not installed")
 IDS = [1, 2, 3, 4, 5, 6]
@@ -23,7 +23,7 @@ SECONDS = 5.0  # of patience; the machine may be busy
 
 @pytest.fixture(scope="module")
 def bus() -> Iterator[Any]:
-    sim = Sim()
+    sim = ForkedSim()
     try:
         yield rustypot.Xl430PyController(sim.port, 1_000_000, SECONDS)
     finally:
@@ -55,7 +55,7 @@ def test_rustypot_and_the_sdk_talk_to_xl330_servos(tmp_path: Path) -> None:
     """rustypot has a client of its own for them; the vendor's SDK reads what the loop reads."""
     path = tmp_path / "xl330.toml"
     path.write_text(other_robot(*XL330), encoding="utf-8")
-    sim = Sim("--robot", str(path), "--no-force-unit")
+    sim = ForkedSim("--robot", str(path), "--no-force-unit")
     try:
         client = rustypot.Xl330PyController(sim.port, 1_000_000, SECONDS)
         assert client.read_model_number(3) == [1200]

@@ -12,7 +12,7 @@ from drivers.dynamixel.frames import build_status
 from robot.console.exit_codes import ExitCode
 from sim_hw.faults.kinds import KINDS
 from tests.robot.cli.test_cli import ROOT, bigant
-from tests.robot.sim_serve import Sim
+from tests.robot.sim_serve import ForkedSim
 from tests.walk_logs import SHORT
 
 FORCE_EXAMPLE = str(ROOT / "examples" / "faults_force.toml")
@@ -70,7 +70,7 @@ def test_served_devices_have_the_faults(tmp_path: Path) -> None:
     path = tmp_path / "twice.toml"
     text = '[servo]\nfirmware = 46\n[[fault]]\nkind = "duplicated_reply"\n'
     path.write_text(text + '[[fault]]\nkind = "duplicate_packet"\n', encoding="utf-8")
-    sim = Sim("--scenario", str(path))
+    sim = ForkedSim("--scenario", str(path))
     try:
         with serial.Serial(sim.port, 1_000_000, timeout=20.0) as port:
             port.write(bytes.fromhex("FF FF FD 00 01 03 00 01 19 4E"))
