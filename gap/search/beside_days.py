@@ -12,7 +12,7 @@ from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate
 from gap.search.healthy_search import HealthySearch
 from gap.search.novelty import SEEN, across_of, chance_of
-from gap.search.run_fits import Fits, slices_of
+from gap.search.run_fits import RunFits, slices_of
 from gap.search.sizes import Sizes
 from model.values.arrays import FloatArray
 
@@ -95,7 +95,7 @@ def _alike(search: HealthySearch, candidate: Candidate, values: tuple[float, ...
     return []
 
 
-def _direction(own: Fits, values: Sequence[float]) -> FloatArray:
+def _direction(own: RunFits, values: Sequence[float]) -> FloatArray:
     """Fitted values as spreads away from where a candidate was differenced, one a row."""
     signature = own.signature
     parameters = signature.candidate.effect.parameters

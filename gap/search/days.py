@@ -23,7 +23,7 @@ ROUNDS = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Runs:
+class PulledRuns:
     """R runs, and K changes of the prediction to first order, each of one spread.
 
     Attributes:
@@ -36,9 +36,9 @@ class Runs:
     parts: tuple[int, ...]
     grams: Mapping[int, FloatArray]
 
-    def taken(self, runs: Sequence[int]) -> "Runs":
+    def taken(self, runs: Sequence[int]) -> "PulledRuns":
         """Return some of them."""
-        return Runs(self.pulls[list(runs)], tuple(self.parts[i] for i in runs), self.grams)
+        return PulledRuns(self.pulls[list(runs)], tuple(self.parts[i] for i in runs), self.grams)
 
     @property
     def each(self) -> list[tuple[int, FloatArray]]:
@@ -46,7 +46,7 @@ class Runs:
         return list(zip(self.parts, self.pulls, strict=True))
 
 
-def likeliest_day_share(runs: Runs) -> float:
+def likeliest_day_share(runs: PulledRuns) -> float:
     """Return by which share of its spread any parameter differs between runs, if all do alike."""
     nats = []
     for share in SHARES:
@@ -60,7 +60,7 @@ def likeliest_day_share(runs: Runs) -> float:
     return SHARES[int(np.argmax(nats))]
 
 
-def day_variances(runs: Runs, share: float) -> FloatArray:
+def day_variances(runs: PulledRuns, share: float) -> FloatArray:
     """Return the variance of each change between runs, about a mean that all of them have, (K,).
 
     Args:
@@ -81,7 +81,7 @@ def day_variances(runs: Runs, share: float) -> FloatArray:
     return variance
 
 
-def _mean(runs: Runs, variance: FloatArray) -> tuple[FloatArray, dict[int, FloatArray]]:
+def _mean(runs: PulledRuns, variance: FloatArray) -> tuple[FloatArray, dict[int, FloatArray]]:
     """Size of each change that is common to runs, (K,), and (1 + gram variance)^-1 of each part."""
     one = np.eye(len(variance))
     inverse: dict[int, FloatArray] = {

@@ -19,7 +19,7 @@ from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, nearest
 from gap.search.days import day_variances, likeliest_day_share
 from gap.search.novelty import across_of, chance_of
-from gap.search.run_fits import Fits, FitsElsewhere, LaidRuns, fits_of, lay
+from gap.search.run_fits import FitsElsewhere, LaidRuns, RunFits, fits_of, lay
 from gap.search.scatter import Scatter, UsualScatter, pooled, usual_scatter, variance_of
 from gap.search.screen import Signature, Signatures
 from gap.search.sizes import Sizes, ahead_of, likeliest_share
@@ -93,7 +93,7 @@ class HealthySearch:
 
 
 def _visible(
-    own: Fits, others: Sequence[Fits], usual: UsualScatter, direction: FloatArray, needed: float,
+    own: RunFits, others: Sequence[RunFits], usual: UsualScatter, direction: FloatArray, needed: float,
     trials: Sequence[str],
 ) -> float:  # fmt: skip
     """How many spreads of a parameter have a chance in healthy machines, as a rule."""
@@ -225,14 +225,18 @@ def _usual_of_kind(changes: Sequence[_Sizes], runs: Sequence[int], at_a_joint: b
     return usual_scatter(np.array(variances), frees, weights, differ)
 
 
-def in_sizes(usual: UsualScatter, own: Fits, direction: FloatArray) -> Scatter:
+def in_sizes(usual: UsualScatter, own: RunFits, direction: FloatArray) -> Scatter:
     """Return the usual scatter in units of the size of one change."""
     energy = max(float(own.energy(direction).mean()), 1e-30)
     return usual.of(bool(own.signature.candidate.joints)).times(1.0 / energy)
 
 
 def chance_of_fits(
-    own: Fits, rest: Sequence[Fits], held: Sequence[int], others: Sequence[int], usual: UsualScatter
+    own: RunFits,
+    rest: Sequence[RunFits],
+    held: Sequence[int],
+    others: Sequence[int],
+    usual: UsualScatter,
 ) -> float:
     """Return the chance of what some runs show of a candidate, by other runs that are healthy."""
     gram = own.gram[held].sum(axis=0)

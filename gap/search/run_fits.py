@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, laid_over
-from gap.search.days import Runs
+from gap.search.days import PulledRuns
 from gap.search.novelty import SEEN
 from gap.search.screen import Signature, Signatures
 from gap.search.sizes import Sizes
@@ -20,7 +20,7 @@ from model.values.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fits:
+class RunFits:
     """A candidate in R healthy runs: pull on its D directions, (R, D), and their energies, (R, D, D)."""
 
     signature: Signature
@@ -41,7 +41,7 @@ class Fits:
 
 
 FitsElsewhere = tuple[
-    Fits, tuple[Fits, ...]
+    RunFits, tuple[RunFits, ...]
 ]  # of a candidate, and of the same change at other joints
 
 
@@ -56,16 +56,16 @@ class LaidRuns:
         residuals: Whitened, laid over its part, flat.
     """
 
-    runs: Runs
+    runs: PulledRuns
     linear: IntArray
     gaits: tuple[str, ...]
     residuals: tuple[NDArray[np.float32], ...]
 
-    def changes(self, taken: Sequence[int]) -> Runs:
+    def changes(self, taken: Sequence[int]) -> PulledRuns:
         """Return some of the runs with the linear changes alone."""
         runs, rows = self.runs.taken(taken), self.linear
         grams = {part: gram[np.ix_(rows, rows)] for part, gram in runs.grams.items()}
-        return Runs(runs.pulls[:, rows], runs.parts, grams)
+        return PulledRuns(runs.pulls[:, rows], runs.parts, grams)
 
     def with_trials(
         self, evidence: Evidence, signatures: Signatures, residual: FloatArray
@@ -75,7 +75,7 @@ class LaidRuns:
         cuts = slices_of(evidence)
         own = tuple(flat[cut] for cut in cuts)
         pulls = [signatures.matrix[:, cut] @ left for cut, left in zip(cuts, own, strict=True)]
-        runs = Runs(
+        runs = PulledRuns(
             np.vstack([self.runs.pulls, np.array(pulls, dtype=np.float64)]),
             (*self.runs.parts, *range(len(cuts))),
             self.runs.grams,
@@ -107,7 +107,9 @@ def lay(evidence: Evidence, signatures: Signatures, references: Sequence[Healthy
         grams[part] = (rows @ rows.T).astype(np.float64)
     linear = sorted({row for one in signatures.each if one.offset < 0 for row in one.rows})
     gaits = tuple(run.part.gait for run in references)
-    return LaidRuns(Runs(pulls, parts, grams), np.array(linear, dtype=np.int64), gaits, residuals)
+    return LaidRuns(
+        PulledRuns(pulls, parts, grams), np.array(linear, dtype=np.int64), gaits, residuals
+    )
 
 
 def slices_of(evidence: Evidence) -> list[slice]:
@@ -126,7 +128,7 @@ def fits_of(
         laid: The runs.
         signatures: Of the candidates.
         variance: Of each linear change between runs, (K,), beside which candidates are fitted; a
-            candidate's own changes are not in its way. None fits each by itself.
+            candidate's own changes are left out. None fits each by itself.
     """
     runs = laid.runs
     pulls, grams = runs.pulls, runs.grams
@@ -134,7 +136,7 @@ def fits_of(
     if variance is not None:
         own[laid.linear] = variance
         pulls, grams = _without(laid, variance)
-    made: dict[str, list[Fits]] = {}
+    made: dict[str, list[RunFits]] = {}
     for one in signatures.each:
         rows = list(one.rows) if one.offset < 0 else [one.offset]
         if not rows:
@@ -147,7 +149,7 @@ def fits_of(
             gram = np.linalg.solve(back, gram)
             gram = np.asarray(0.5 * (gram + np.swapaxes(gram, 1, 2)))
             pull = np.asarray(np.linalg.solve(back, pull[:, :, None])[:, :, 0])
-        fit = Fits(one, laid.gaits, pull, gram)
+        fit = RunFits(one, laid.gaits, pull, gram)
         made.setdefault(one.candidate.effect.name, []).append(fit)
     return tuple(
         (one, tuple(other for other in group if _same_elsewhere(one, other)))
@@ -170,7 +172,7 @@ def _without(laid: LaidRuns, variance: FloatArray) -> tuple[FloatArray, Mapping[
     return pulls, grams
 
 
-def _same_elsewhere(one: Fits, other: Fits) -> bool:
+def _same_elsewhere(one: RunFits, other: RunFits) -> bool:
     """Whether another fit is of the same change at another joint."""
     a, b = one.signature, other.signature
     same = a.start == b.start and a.live == b.live and (a.offset < 0) == (b.offset < 0)

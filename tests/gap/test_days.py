@@ -12,7 +12,7 @@ from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.chances import either
 from gap.search.candidates import Candidate
-from gap.search.days import SHARES, Runs, day_variances, likeliest_day_share
+from gap.search.days import SHARES, PulledRuns, day_variances, likeliest_day_share
 from gap.search.healthy_search import HealthySearch
 from gap.search.run_fits import LaidRuns, fits_of, slices_of
 from gap.search.screen import Signature, Signatures
@@ -20,13 +20,13 @@ from record.trial.trial import Trial
 from tests.gap.toy import CONDITIONS, JOINTS, Toy, toy_trial
 
 
-def _drawn(deviations: tuple[float, ...], runs: int, seed: int) -> Runs:
+def _drawn(deviations: tuple[float, ...], runs: int, seed: int) -> PulledRuns:
     """Runs in which changes have sizes of these standard deviations, about a mean that all have."""
     rng = np.random.default_rng(seed)
     changes = 40.0 * rng.standard_normal((len(deviations), 200)) / np.sqrt(200)
     sizes = 0.5 + np.array(deviations) * rng.standard_normal((runs, len(deviations)))
     measured = sizes @ changes + rng.standard_normal((runs, 200))
-    return Runs(measured @ changes.T, (0,) * runs, {0: changes @ changes.T})
+    return PulledRuns(measured @ changes.T, (0,) * runs, {0: changes @ changes.T})
 
 
 def test_what_differs_from_day_to_day_is_told_from_what_does_not() -> None:
@@ -111,7 +111,7 @@ def test_beside_what_days_differ_in_a_change_that_is_like_it_scatters_less() -> 
     days = 0.3 * rng.standard_normal(8)
     measured = days[:, None] * signatures.matrix[0] + rng.standard_normal((8, 400))
     gram = (signatures.matrix @ signatures.matrix.T).astype(np.float64)
-    runs = Runs(measured @ signatures.matrix.T, (0,) * 8, {0: gram})
+    runs = PulledRuns(measured @ signatures.matrix.T, (0,) * 8, {0: gram})
     laid = LaidRuns(runs, np.arange(2), ("walk",) * 8, ())
     variance = day_variances(runs, 0.03)
     alone, beside = (

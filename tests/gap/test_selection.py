@@ -124,6 +124,9 @@ def test_where_all_of_the_first_list_differs_between_days_a_second_is_fitted(
     both = select_all(found, healthy, toy, Search())
     assert [(c.effect, c.joints) for c in both.fitted.causes] == [("offset", ("b",))]
     monkeypatch.setattr(look_module, "LISTS", look_module.LISTS[:1])
+    newest = select_all(found, healthy, toy, Search())  # it is new to first order, too
+    assert [(c.effect, c.joints) for c in newest.fitted.causes] == [("offset", ("b",))]
+    monkeypatch.setattr(look_module, "NEWEST", 0)
     assert select_all(found, healthy, toy, Search()).fitted.causes == ()
 
 
@@ -216,6 +219,8 @@ def test_a_cause_on_its_bound_gives_way_to_one_that_the_misfit_hides(
     assert not on_bound(free)
 
     monkeypatch.setattr(look_module, "chance_healthy", lambda *_: 1e-8)
+    monkeypatch.setattr(look_module, "without_cause", lambda *_: np.zeros(0))
+    monkeypatch.setattr(look_module, "chance_beside_days", lambda *_: 1e-8)
 
     def choose(
         best: Option, p: float, options: list[Option], known: Known | None
