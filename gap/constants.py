@@ -37,7 +37,10 @@ ENERGY_LEVEL = Constant(
     "the aim: none of 176 healthy robots of 19 realities (labels open) had one below it",
 )  # fmt: skip
 OPEN_LEVEL = Constant(
-    0.3, "the same chance of a cause where energies show a gap already, whatever its cause", BY_HAND
+    0.3,
+    "the same chance of a cause where energies show a gap already, whatever its cause; one above it by "
+    "itself is not new beside what differs from day to day, either",
+    BY_HAND,
 )
 NULL_WORTH = Constant(
     6.0,

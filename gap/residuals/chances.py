@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gap.constants import NULL_WORTH
+from gap.constants import NULL_WORTH, OPEN_LEVEL
 
 SMALLEST = 1e-300
 
@@ -46,12 +46,19 @@ class HeldOutChances:
         return float(NULL_WORTH) - sum(math.log(max(min(p, 1.0), SMALLEST)) for p in self.each)
 
 
-def either(first: float, second: float) -> float:
-    """Return the chance that two tests of the same give so little, however they depend on each other.
+def clearer(alone: float, beside: float) -> float:
+    """Return the chance of a cause by two tests, however they depend on each other.
 
-    Their harmonic mean (Wilson 2019, doi:10.1073/pnas.1814092116).
+    Their harmonic mean (Wilson 2019, doi:10.1073/pnas.1814092116). A cause that by itself is no more than
+    healthy runs show is nothing new, whatever it is beside what differs from day to day.
+
+    Args:
+        alone: Chance of the cause by itself.
+        beside: And beside what differs between healthy runs.
     """
-    return 2.0 / (1.0 / max(first, SMALLEST) + 1.0 / max(second, SMALLEST))
+    if alone >= OPEN_LEVEL:
+        return alone
+    return 2.0 / (1.0 / max(alone, SMALLEST) + 1.0 / max(beside, SMALLEST))
 
 
 def promised(level: float, references: int) -> float:

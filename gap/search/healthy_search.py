@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
-from gap.constants import SHOWN
-from gap.residuals.chances import HeldOutChances, either, leave_each_out
+from gap.constants import OPEN_LEVEL, SHOWN
+from gap.residuals.chances import HeldOutChances, clearer, leave_each_out
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, nearest
 from gap.search.days import day_variances, likeliest_day_share
@@ -83,13 +83,13 @@ class HealthySearch:
             if own.signature.offset >= 0:
                 continue
             for place, direction in enumerate(np.eye(len(own.signature.rows))):
-                sizes = (
-                    _visible(own, others, self.alone.usual, direction, needed, trials),
-                    _visible(
-                        own_beside, others_beside, self.beside.usual, direction, needed, trials
-                    ),
+                usual = self.alone.usual
+                alone = _visible(own, others, usual, direction, needed, trials)
+                hinted = _visible(own, others, usual, direction, float(OPEN_LEVEL), trials)
+                beside = _visible(
+                    own_beside, others_beside, self.beside.usual, direction, needed, trials
                 )
-                yield own.signature, place, min(sizes)
+                yield own.signature, place, min(alone, max(beside, hinted))
 
 
 def _visible(
@@ -134,7 +134,7 @@ def search_healthy(
         beside = _beside(laid, signatures, list(others), share)
         both = zip(alone, beside.fits, strict=True)
         each = [
-            either(
+            clearer(
                 chance_of_fits(*fits, [held], others, usual),
                 chance_of_fits(*fits_beside, [held], others, beside.usual),
             )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from gap.constants import ENERGY_LEVEL, HIDDEN_SHARE, LEAST_SHARE, OPEN_LEVEL, REST_SHARE
-from gap.residuals.chances import either
+from gap.residuals.chances import clearer
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
@@ -123,7 +123,7 @@ class Look:
         """Return its chance in a healthy machine, among all candidates; 0 without references."""
         if self.known is None:
             return 0.0
-        one = either(*self._chances_of_one(option, self.known))
+        one = self._chance_of_one(option, self.known)
         chance = self.known.search.among_all(min(1.0, option.added.forms * one))
         vibration = option.added.vibration
         if vibration is None or not option.added.effect.shaking or vibration.nats <= 0.0:
@@ -131,16 +131,22 @@ class Look:
         both = max(chance * vibration.chance, 1e-300)
         return min(chance, both * (1.0 - math.log(both)))  # of two tests in one, by Fisher
 
-    def _chances_of_one(self, option: Option, known: Known) -> tuple[float, float]:
-        """Chances by itself, and beside what differs from day to day."""
+    def _chance_of_one(self, option: Option, known: Known) -> float:
+        """Chance of this one candidate, by itself and beside what differs from day to day.
+
+        What is left beside another cause is also what the simulator has wrong about that one, which no
+        reference shows; the sharper of the two tests would find that new.
+        """
         added, search = option.cause, known.search
         alone = chance_healthy(self.evidence, known.runs, option.fitted, added, search.alone.usual)
+        if len(option.fitted.causes) > 1:
+            return alone
         without = without_cause(self.evidence, option.fitted, added)
         change = without - option.fitted.residual
         beside = chance_beside_days(
             self.evidence, search, option.added, added.values, change, without
         )
-        return alone, beside
+        return clearer(alone, beside)
 
     def level(self, residual: FloatArray) -> float:
         """Return the chance below which the next cause is named.
@@ -158,7 +164,7 @@ class Look:
     ) -> tuple[Option, float, tuple[Option, ...]] | None:
         """Return the best next cause, its p-value (1: not to be taken), its alternatives.
 
-        With references, what differs most between days may be all of the first list; so there are two more.
+        With references, what differs most between days may be all of the first list; so there are more.
         """
         taken = families_of(selection.fitted.causes, self.evidence.effects)
         residual = selection.fitted.residual
@@ -170,7 +176,7 @@ class Look:
         options: list[Option] = []
         usual: list[tuple[Option, float]] = []
         least_p, level = 1.0, self.level(residual)
-        for listed in self._lists(ranked, residual):
+        for listed in self._lists(ranked, selection.fitted):
             own = [forms[gain.signature.candidate.family] for gain in listed]
             find = partial(self._best_form, selection)
             made = each_of(own, find, self.evidence.predictor.at_once)
@@ -196,14 +202,14 @@ class Look:
                 least_p = min(least_p, max(p, level))
         return (min(options, key=rank), least_p, ()) if options else None
 
-    def _lists(self, ranked: list[Gain], residual: FloatArray) -> Iterator[list[Gain]]:
-        """Yield what is to be fitted, best first; with references the next best, and the newest."""
+    def _lists(self, ranked: list[Gain], standing: Fitted) -> Iterator[list[Gain]]:
+        """Yield what is to be fitted, best first; with references the next best, then the newest."""
         for near, least in LISTS if self.healthy is not None else LISTS[:1]:
             listed = shortlist(ranked, self.search.shortlist, near, least)
             ranked = [gain for gain in ranked if gain not in listed]
             yield listed
-        if self.known is not None:
-            chance = newest(self.evidence, self.known.search, residual)
+        if self.known is not None and not standing.causes:
+            chance = newest(self.evidence, self.known.search, standing.residual)
             new = [
                 (chance[family], gain)
                 for gain in ranked

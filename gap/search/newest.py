@@ -4,7 +4,7 @@ Where a simulator is wrong in something that healthy runs show as well, many can
 that gains little, and that no healthy run shows, would not be among the best of them.
 """
 
-from gap.residuals.chances import either
+from gap.residuals.chances import clearer
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Family
 from gap.search.healthy_search import HealthySearch, chance_of_fits
@@ -33,5 +33,5 @@ def newest(evidence: Evidence, search: HealthySearch, residual: FloatArray) -> d
     out: dict[Family, float] = {}
     for (own, _), first, second in zip(search.alone.fits, alone, beside, strict=True):
         family = own.signature.candidate.family
-        out[family] = min(out.get(family, 1.0), either(first, second))
+        out[family] = min(out.get(family, 1.0), clearer(first, second))
     return out
