@@ -59,9 +59,8 @@ class Ramp:
 
     def slope(self, t_ns: int) -> float:
         """Return the change a second at a time; 0 once the end is reached."""
-        if self.end == self.begin or self._elapsed_s(t_ns) >= self.duration_s:
-            return 0.0
-        return self.rate if self.end > self.begin else -self.rate
+        duration_s, slope = self._at_first()
+        return 0.0 if self._elapsed_s(t_ns) >= duration_s else slope
 
     def integral(self, t_ns: int) -> float:
         """Return the integral over time from the beginning [level s]."""

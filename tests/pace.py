@@ -6,8 +6,8 @@ ten, for legs move to where the gait begins, and to the stand. The pace and the 
 and programs in processes of their own do it anyway.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 
 import numpy as np
 import pytest
@@ -39,23 +39,23 @@ def two_at_a_time(
 
 
 @contextmanager
-def brisk() -> Iterator[None]:
+def _moving(pace: tuple[float, float], sequence: Callable[..., LegMoves]) -> Iterator[None]:
+    """Legs move at a speed and share, in an order."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(moves, "MOVE_SPEED_RAD_S", pace[0])
+        patch.setattr(moves, "MOVE_SHARE", pace[1])
+        patch.setattr(LegMoves, "sequence", staticmethod(sequence))
+        yield
+
+
+def brisk() -> AbstractContextManager[None]:
     """Legs move to their places fast and in pairs."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(moves, "MOVE_SPEED_RAD_S", BRISK[0])
-        patch.setattr(moves, "MOVE_SHARE", BRISK[1])
-        patch.setattr(LegMoves, "sequence", staticmethod(two_at_a_time))
-        yield
+    return _moving(BRISK, two_at_a_time)
 
 
-@contextmanager
-def usual() -> Iterator[None]:
+def usual() -> AbstractContextManager[None]:
     """Legs move as in a drive by the command."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(moves, "MOVE_SPEED_RAD_S", USUAL[0])
-        patch.setattr(moves, "MOVE_SHARE", USUAL[1])
-        patch.setattr(LegMoves, "sequence", staticmethod(ONE_AFTER_THE_OTHER))
-        yield
+    return _moving(USUAL, ONE_AFTER_THE_OTHER)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -4,15 +4,13 @@ By itself a cause is fitted again to each reference as it is measured (``gap.sea
 compared by its change in the trials, over which references are laid, and by generalised least squares.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate
 from gap.search.healthy_search import HealthySearch
-from gap.search.novelty import SEEN, across_of, chance_of
-from gap.search.run_fits import RunFits, slices_of
+from gap.search.novelty import chance_of
+from gap.search.run_fits import sizes_alike, sizes_of, slices_of, taken_by_days
 from gap.search.sizes import Sizes
 from model.values.arrays import FloatArray
 
@@ -22,39 +20,32 @@ def chance_beside_days(
     search: HealthySearch,
     candidate: Candidate,
     values: tuple[float, ...],
-    change: FloatArray,
-    without: FloatArray,
+    residual: FloatArray,
 ) -> float:
     """Return the chance of so large a cause in a healthy machine, for this one candidate.
 
     Args:
         evidence: The trials.
         search: What was found in references.
-        candidate: What was added.
+        candidate: The only cause.
         values: Its parameters, as fitted.
-        change: By how much it changes the residual, (F, C).
-        without: Residual with all causes but it, (F, C).
+        residual: What it leaves of the trials, (F, C).
     """
-    pull, energy = _pulls(evidence, search, candidate, change, without)
-    shown = energy > SEEN * max(float(energy.max()), 1e-30)
-    gaits = (*(part.gait for part in evidence.parts), *search.laid.gaits)
-    sizes = Sizes(np.where(shown, pull / np.where(shown, energy, 1.0), np.nan), gaits)
-    trials = len(evidence.parts)
-    seen, known = sizes.taken(range(trials)), sizes.taken(range(trials, len(sizes)))
+    pull, energy = _pulls(evidence, search, candidate, evidence.base - residual)
+    sizes = sizes_of(pull, energy, search.with_trials.gaits)
+    seen, known = sizes.taken(search.trials), sizes.taken(search.references)
     if not len(seen):
         return 1.0
     usual = search.beside.usual.of(bool(candidate.joints))
-    expected = usual.times(1.0 / max(float(energy[trials:].mean()), 1e-30))
-    alike = _alike(search, candidate, values)
-    return chance_of(seen, known, alike, len(values), expected)
+    expected = usual.times(1.0 / max(float(energy[list(search.references)].mean()), 1e-30))
+    return chance_of(seen, known, _alike(search, candidate, values), len(values), expected)
 
 
 def _pulls(
-    evidence: Evidence, search: HealthySearch, candidate: Candidate, change: FloatArray,
-    without: FloatArray,
-) -> tuple[FloatArray, FloatArray]:  # fmt: skip
-    """Pull on a change in each trial and in each reference, and its energies, beside other causes."""
-    laid, signatures = search.laid, search.signatures
+    evidence: Evidence, search: HealthySearch, candidate: Candidate, change: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Pull on a change in each reference and then in each trial, and its energies, beside other causes."""
+    laid, signatures = search.with_trials, search.signatures
     own = {
         row
         for one in signatures.each
@@ -62,43 +53,28 @@ def _pulls(
         for row in one.rows
     }
     kept = np.array([row not in own for row in laid.linear], dtype=bool)
-    rows, weight = laid.linear[kept], np.diag(1.0 / search.beside.days[kept])
-    trials = len(evidence.parts)
-    pulls, energies = np.zeros(trials + len(laid.gaits)), np.zeros(trials + len(laid.gaits))
+    rows, variance = laid.linear[kept], search.days[kept]
+    pulls, energies = np.zeros((2, len(laid.gaits)))
     for part, cut in enumerate(slices_of(evidence)):
-        changed, left = (one.ravel()[cut].astype(np.float32) for one in (change, without))
-        block = signatures.matrix[:, cut]
-        along = (block @ changed).astype(np.float64)[rows]
-        taken = np.linalg.solve(laid.runs.grams[part][np.ix_(rows, rows)] + weight, along)
+        changed = change.ravel()[cut].astype(np.float32)
+        along = (signatures.matrix[:, cut] @ changed).astype(np.float64)[rows]
+        taken = taken_by_days(laid.runs.grams[part], rows, variance, along)
         energy = float(changed @ changed) - float(taken @ along)
-        pulls[part] = float(changed @ left) - float(taken @ (block @ left).astype(np.float64)[rows])
-        energies[part] = energy
         for run in (r for r, at in enumerate(laid.runs.parts) if at == part):
             pull = float(changed @ laid.residuals[run])
-            pulls[trials + run] = pull - float(taken @ laid.runs.pulls[run, rows])
-            energies[trials + run] = energy
+            pulls[run] = pull - float(taken @ laid.runs.pulls[run, rows])
+            energies[run] = energy
     return pulls, energies
 
 
 def _alike(search: HealthySearch, candidate: Candidate, values: tuple[float, ...]) -> list[Sizes]:
     """Sizes in references of the same change at other joints, and across it; none if it is not linear."""
-    for own, others in search.beside.fits:
-        signature = own.signature
+    for fits in search.beside.fits:
+        signature = fits[0].signature
         if signature.candidate.key == candidate.key and signature.offset < 0:
-            direction = _direction(own, values)
-            across = across_of(own.gram.mean(axis=0), direction) if len(direction) > 1 else ()
-            references = range(len(own.gaits))
-            return [
-                *(one.along(direction).taken(references) for one in others),
-                *(own.along(one).taken(references) for one in across),
-            ]
+            parameters = candidate.effect.parameters
+            direction = np.array(
+                [(values[i] - signature.start[i]) / parameters[i].spread for i in signature.live]
+            )
+            return sizes_alike(fits, direction, fits[0].gram.mean(axis=0), search.references)
     return []
-
-
-def _direction(own: RunFits, values: Sequence[float]) -> FloatArray:
-    """Fitted values as spreads away from where a candidate was differenced, one a row."""
-    signature = own.signature
-    parameters = signature.candidate.effect.parameters
-    return np.array(
-        [(values[i] - signature.start[i]) / parameters[i].spread for i in signature.live]
-    )

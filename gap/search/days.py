@@ -74,8 +74,8 @@ def day_variances(runs: PulledRuns, share: float) -> FloatArray:
         square = np.zeros(len(variance))
         for part, pull in runs.each:
             size = variance * (inverse[part] @ (pull - runs.grams[part] @ mean))
-            # what is left to know of it; the mean took one run's worth of freedom
             unsure = variance * np.diagonal(inverse[part])
+            # the mean took one run's worth of freedom
             square += size**2 * count / max(count - 1, 1) + unsure
         variance = (DAY_WORTH * share**2 + square) / (DAY_WORTH + count)
     return variance

@@ -18,8 +18,8 @@ from gap.residuals.chances import HeldOutChances, clearer, leave_each_out
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, nearest
 from gap.search.days import day_variances, likeliest_day_share
-from gap.search.novelty import across_of, chance_of
-from gap.search.run_fits import FitsElsewhere, LaidRuns, RunFits, fits_of, lay
+from gap.search.novelty import chance_of
+from gap.search.run_fits import FitsElsewhere, LaidRuns, RunFits, fits_of, lay, sizes_alike
 from gap.search.scatter import Scatter, UsualScatter, pooled, usual_scatter, variance_of
 from gap.search.screen import Signature, Signatures
 from gap.search.sizes import Sizes, ahead_of, likeliest_share
@@ -35,12 +35,10 @@ class View:
     Attributes:
         fits: Of every candidate in every run.
         usual: How much candidates scatter between runs.
-        days: Variance of each linear change between runs, (K,); 0 by itself.
     """
 
     fits: tuple[FitsElsewhere, ...]
     usual: UsualScatter
-    days: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,16 +50,25 @@ class HealthySearch:
         chances: Of the best in each reference that is matched, among all candidates.
         alone: Candidates each by itself.
         beside: And beside what days differ in.
+        days: Variance of each linear change between references, (K,).
         signatures: Of the candidates.
-        laid: References laid over the trials.
+        references: Which of the runs are references; the trials come after them.
+        with_trials: References laid over the trials, and these.
     """
 
     candidates: int
     chances: HeldOutChances
     alone: View
     beside: View
+    days: FloatArray
     signatures: Signatures
-    laid: LaidRuns
+    references: range
+    with_trials: LaidRuns
+
+    @property
+    def trials(self) -> range:
+        """Which of the runs are trials."""
+        return range(len(self.references), len(self.with_trials.gaits))
 
     def among_all(self, chance: float) -> float:
         """Return what the chance of one candidate is worth, as the best of all that were tried."""
@@ -122,7 +129,7 @@ def search_healthy(
         references: Each in units of what the others predict.
     """
     laid = lay(evidence, signatures, references)
-    every = list(range(len(references)))
+    every = range(len(references))
     alone, share = fits_of(laid, signatures), likeliest_day_share(laid.changes(every))
     changes = _sizes_of(alone)
     chances = []
@@ -130,24 +137,27 @@ def search_healthy(
     for held, others in leave_each_out(len(references)):
         if held not in matched:
             continue
-        usual = _usual(changes, list(others))
-        beside = _beside(laid, signatures, list(others), share)
+        usual = _usual(changes, others)
+        beside, _ = _beside(laid, signatures, others, share)
         both = zip(alone, beside.fits, strict=True)
         each = [
             clearer(
-                chance_of_fits(*fits, [held], others, usual),
-                chance_of_fits(*fits_beside, [held], others, beside.usual),
+                chance_of_fits(fits, [held], others, usual),
+                chance_of_fits(fits_beside, [held], others, beside.usual),
             )
             for fits, fits_beside in both
         ]
         chances.append(min(1.0, _count(alone) * min(each, default=1.0)))
+    beside, days = _beside(laid, signatures, every, share)
     return HealthySearch(
         max(_count(alone), 1),
         HeldOutChances(tuple(chances)),
-        View(alone, _usual(changes, every), np.zeros(len(laid.linear))),
-        _beside(laid, signatures, every, share),
+        View(alone, _usual(changes, every)),
+        beside,
+        days,
         signatures,
-        laid,
+        every,
+        laid.with_trials(evidence, signatures),
     )
 
 
@@ -170,11 +180,13 @@ def _count(fits: Sequence[FitsElsewhere]) -> int:
     return len({one.signature.candidate.family for one, _ in fits})
 
 
-def _beside(laid: LaidRuns, signatures: Signatures, runs: Sequence[int], share: float) -> View:
-    """Candidates beside what some of the runs differ in."""
+def _beside(
+    laid: LaidRuns, signatures: Signatures, runs: Sequence[int], share: float
+) -> tuple[View, FloatArray]:
+    """Candidates beside what some of the runs differ in, and the variance of each change, (K,)."""
     days = day_variances(laid.changes(runs), share)
     fits = fits_of(laid, signatures, days)
-    return View(fits, _usual(_sizes_of(fits), runs), days)
+    return View(fits, _usual(_sizes_of(fits), runs)), days
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -191,8 +203,8 @@ class _Sizes:
 
     def mean_energy(self, runs: Sequence[int]) -> float:
         """Of those of some runs that show it."""
-        energy = self.energy[runs]
-        return float(energy[np.isfinite(self.size.values[runs])].mean())
+        energy = self.energy[list(runs)]
+        return float(energy[np.isfinite(self.size.values[list(runs)])].mean())
 
 
 def _sizes_of(fits: Sequence[FitsElsewhere]) -> list[_Sizes]:
@@ -232,27 +244,21 @@ def in_sizes(usual: UsualScatter, own: RunFits, direction: FloatArray) -> Scatte
 
 
 def chance_of_fits(
-    own: RunFits,
-    rest: Sequence[RunFits],
-    held: Sequence[int],
-    others: Sequence[int],
-    usual: UsualScatter,
+    fits: FitsElsewhere, held: Sequence[int], others: Sequence[int], usual: UsualScatter
 ) -> float:
     """Return the chance of what some runs show of a candidate, by other runs that are healthy."""
-    gram = own.gram[held].sum(axis=0)
+    own, _ = fits
+    gram = own.gram[list(held)].sum(axis=0)
     size = len(gram)
     ridge = 1e-9 * max(float(np.trace(gram)), 1e-30)
-    direction = np.linalg.solve(gram + ridge * np.eye(size), own.pull[held].sum(axis=0))
+    direction = np.linalg.solve(gram + ridge * np.eye(size), own.pull[list(held)].sum(axis=0))
     sizes = own.along(direction)
     seen = sizes.taken(held)
     if not len(seen):
         return 1.0
     known = sizes.taken(others)
-    elsewhere = [one.along(direction).taken(others) for one in rest]
-    if size > 1:
-        across = across_of(gram, direction)
-        elsewhere += [own.along(other).taken(others) for other in across]
+    alike = sizes_alike(fits, direction, gram, others)
     parameters = len(own.signature.candidate.effect.parameters)
     expected = in_sizes(usual, own, direction)
-    one = chance_of(seen, known, elsewhere, parameters, expected)
+    one = chance_of(seen, known, alike, parameters, expected)
     return min(1.0, own.signature.candidate.forms * one)

@@ -18,7 +18,7 @@ from gap.search.edges import with_seen_edges
 from gap.search.fit import ROUNDS, Fitted
 from gap.search.healthy_search import HealthySearch
 from gap.search.newest import newest
-from gap.search.novelty import chance_healthy, without_cause
+from gap.search.novelty import chance_healthy
 from gap.search.options import (
     CAUSE_LEVEL,
     NEAR,
@@ -141,10 +141,8 @@ class Look:
         alone = chance_healthy(self.evidence, known.runs, option.fitted, added, search.alone.usual)
         if len(option.fitted.causes) > 1:
             return alone
-        without = without_cause(self.evidence, option.fitted, added)
-        change = without - option.fitted.residual
         beside = chance_beside_days(
-            self.evidence, search, option.added, added.values, change, without
+            self.evidence, search, option.added, added.values, option.fitted.residual
         )
         return clearer(alone, beside)
 
@@ -209,7 +207,7 @@ class Look:
             ranked = [gain for gain in ranked if gain not in listed]
             yield listed
         if self.known is not None and not standing.causes:
-            chance = newest(self.evidence, self.known.search, standing.residual)
+            chance = newest(self.known.search)
             new = [
                 (chance[family], gain)
                 for gain in ranked

@@ -86,16 +86,11 @@ def chance_of(
 
 def sizes_in_trials(evidence: Evidence, fitted: Fitted, added: Cause) -> Sizes:
     """Size of one of the fitted causes in each run, 1 where it is as fitted to all of them."""
-    without = without_cause(evidence, fitted, added)
+    rest = tuple(one for one in fitted.causes if one is not added)
+    without = evidence.residuals([rest])[0] if rest else evidence.base
     return amplitudes(
         evidence, without, without - fitted.residual, evidence.weights(fitted.residual)
     )[0]
-
-
-def without_cause(evidence: Evidence, fitted: Fitted, added: Cause) -> FloatArray:
-    """Return the residual with all fitted causes but one, (F, C)."""
-    rest = tuple(one for one in fitted.causes if one is not added)
-    return evidence.residuals([rest])[0] if rest else evidence.base
 
 
 def sizes_in_references(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, laid_over
 from gap.search.days import PulledRuns
-from gap.search.novelty import SEEN
+from gap.search.novelty import SEEN, across_of
 from gap.search.screen import Signature, Signatures
 from gap.search.sizes import Sizes
 from model.values.arrays import FloatArray, IntArray
@@ -34,26 +34,43 @@ class RunFits:
 
     def along(self, direction: FloatArray) -> Sizes:
         """Return the size of a change in each run that shows it; NaN in others."""
-        energy = self.energy(direction)
-        seen = energy > SEEN * max(float(energy.max()), 1e-30)
-        size = self.pull @ direction / np.where(seen, energy, 1.0)
-        return Sizes(np.where(seen, size, np.nan), self.gaits)
+        return sizes_of(self.pull @ direction, self.energy(direction), self.gaits)
 
 
-FitsElsewhere = tuple[
-    RunFits, tuple[RunFits, ...]
-]  # of a candidate, and of the same change at other joints
+# Of a candidate, and of the same change at other joints.
+FitsElsewhere = tuple[RunFits, tuple[RunFits, ...]]
+
+
+def sizes_of(pull: FloatArray, energy: FloatArray, gaits: tuple[str, ...]) -> Sizes:
+    """Return the size of a change in each run that shows it, by pull and energy, (R,); NaN in others."""
+    seen = energy > SEEN * max(float(energy.max()), 1e-30)
+    return Sizes(np.where(seen, pull / np.where(seen, energy, 1.0), np.nan), gaits)
+
+
+def sizes_alike(
+    fits: FitsElsewhere, direction: FloatArray, gram: FloatArray, runs: Sequence[int]
+) -> list[Sizes]:
+    """Return sizes in some runs of the same change at other joints, and of changes across it.
+
+    ``gram`` are the energies, (D, D), by which these are orthogonal to it.
+    """
+    own, others = fits
+    across = across_of(gram, direction) if len(direction) > 1 else ()
+    return [
+        *(one.along(direction).taken(runs) for one in others),
+        *(own.along(one).taken(runs) for one in across),
+    ]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LaidRuns:
-    """R references laid over the trials, and the S rows of the signatures.
+    """R references laid over the trials, maybe trials after them, and the S rows of the signatures.
 
     Attributes:
         runs: Of all rows.
         linear: Rows of changes about the unchanged simulator, (K,).
         gaits: Of each run.
-        residuals: Whitened, laid over its part, flat.
+        residuals: Of the unchanged simulator, whitened, laid over its part, flat.
     """
 
     runs: PulledRuns
@@ -67,11 +84,9 @@ class LaidRuns:
         grams = {part: gram[np.ix_(rows, rows)] for part, gram in runs.grams.items()}
         return PulledRuns(runs.pulls[:, rows], runs.parts, grams)
 
-    def with_trials(
-        self, evidence: Evidence, signatures: Signatures, residual: FloatArray
-    ) -> "LaidRuns":
-        """Return them with the trials after them, of which a residual is left, (F, C)."""
-        flat = residual.ravel().astype(np.float32)
+    def with_trials(self, evidence: Evidence, signatures: Signatures) -> "LaidRuns":
+        """Return them with the trials after them."""
+        flat = evidence.base.ravel().astype(np.float32)
         cuts = slices_of(evidence)
         own = tuple(flat[cut] for cut in cuts)
         pulls = [signatures.matrix[:, cut] @ left for cut, left in zip(cuts, own, strict=True)]
@@ -158,14 +173,27 @@ def fits_of(
     )
 
 
+def taken_by_days(
+    gram: FloatArray, rows: IntArray, variance: FloatArray, along: FloatArray
+) -> FloatArray:
+    """Return how much of K changes with these variances between runs a change is taken to be, (K, ...).
+
+    Args:
+        gram: Products of all changes with each other in a part, (S, S).
+        rows: Of those that differ between runs, (K,).
+        variance: Theirs, (K,).
+        along: Their products with the change, (K, ...).
+    """
+    return np.asarray(np.linalg.solve(gram[np.ix_(rows, rows)] + np.diag(1.0 / variance), along))
+
+
 def _without(laid: LaidRuns, variance: FloatArray) -> tuple[FloatArray, Mapping[int, FloatArray]]:
     """Pulls and grams of all rows with the linear changes taken out, as far as days have them."""
     runs, rows = laid.runs, laid.linear
     pulls, grams = runs.pulls.copy(), {}
     for part in set(runs.parts):
         gram = runs.grams[part]
-        among = gram[np.ix_(rows, rows)] + np.diag(1.0 / variance)
-        taken = np.linalg.solve(among, gram[rows]).T
+        taken = taken_by_days(gram, rows, variance, gram[rows]).T
         grams[part] = gram - taken @ gram[rows]
         for run in (r for r, own in enumerate(runs.parts) if own == part):
             pulls[run] -= taken @ runs.pulls[run, rows]

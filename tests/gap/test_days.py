@@ -76,7 +76,7 @@ def test_a_candidate_beside_days_is_the_best_fit_in_which_days_cost_their_varian
     """Against one augmented least-squares problem a run."""
     comparison = _comparison(0.05)
     search, matrix = _search(comparison), comparison.signatures.matrix.astype(np.float64)
-    laid, cuts = search.laid, slices_of(comparison.evidence)
+    laid, cuts = search.with_trials, slices_of(comparison.evidence)
     variance = np.geomspace(1e-4, 1.0, len(laid.linear))
     fits = fits_of(laid, comparison.signatures, variance)
     for own, _ in itertools.islice(fits, 0, None, 5):

@@ -219,7 +219,6 @@ def test_a_cause_on_its_bound_gives_way_to_one_that_the_misfit_hides(
     assert not on_bound(free)
 
     monkeypatch.setattr(look_module, "chance_healthy", lambda *_: 1e-8)
-    monkeypatch.setattr(look_module, "without_cause", lambda *_: np.zeros(0))
     monkeypatch.setattr(look_module, "chance_beside_days", lambda *_: 1e-8)
 
     def choose(

@@ -6,13 +6,12 @@ answers in time.
 
 import os
 import select
-from multiprocessing import get_context
-from multiprocessing.process import BaseProcess
 
 from drivers.clock import MonotonicClock
 from sim_hw.dynamixel.bus import VirtualServoBus
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.dynamixel.pty import PtyServoBus
+from tests.robot.sim_serve import forked
 from tests.sim_hw.motors import SimpleMotors
 
 IDS = (1, 2, 3, 4, 5, 6)
@@ -26,13 +25,8 @@ class LightServos:
     """
 
     def __init__(self, *absent: int) -> None:
-        reading, writing = os.pipe()
-        self.process: BaseProcess = get_context("fork").Process(
-            target=serve, args=(writing, absent), daemon=True
-        )
-        self.process.start()
-        os.close(writing)
-        with os.fdopen(reading) as said:
+        self.process, reading = forked(serve, absent)
+        with reading as said:
             self.port = said.readline().strip()
 
     def close(self) -> None:

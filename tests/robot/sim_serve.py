@@ -8,10 +8,11 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from multiprocessing import get_context
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import IO
+from typing import IO, TypeVar
 
 from robot.console.arguments import DEFAULT_ROBOT_FILE
 
@@ -25,6 +26,7 @@ PATIENCE = (
     ("max_following_error = 0.6 ", "max_following_error = 3.0 "),
 )
 WATCHDOG_S = 2.4
+T = TypeVar("T")
 
 
 def patient_robot(folder: Path) -> str:
@@ -66,13 +68,7 @@ class ForkedSim:
     """``bigant sim serve`` in a copy of this process."""
 
     def __init__(self, *words: str) -> None:
-        reading, writing = os.pipe()
-        self.process: BaseProcess = get_context("fork").Process(
-            target=_serve, args=(writing, words), daemon=True
-        )
-        self.process.start()
-        os.close(writing)
-        self.said = os.fdopen(reading)
+        self.process, self.said = forked(_serve, words)
         self.port, self.unit, self.imu = read_places(self.said)
 
     def close(self) -> None:
@@ -85,6 +81,22 @@ class ForkedSim:
             self.process.kill()
             self.process.join()
             self.said.close()
+
+
+def forked(
+    serve: Callable[[int, tuple[T, ...]], None], words: tuple[T, ...]
+) -> tuple[BaseProcess, IO[str]]:
+    """Start a copy of this process that serves, and return it with what it says.
+
+    Args:
+        serve: Gets where to write that, and the words.
+        words: What is to be served.
+    """
+    reading, writing = os.pipe()
+    process = get_context("fork").Process(target=serve, args=(writing, words), daemon=True)
+    process.start()
+    os.close(writing)
+    return process, os.fdopen(reading)
 
 
 def _serve(writing: int, words: tuple[str, ...]) -> None:
