@@ -46,7 +46,12 @@ def _rates(values: FloatArray) -> FloatArray:
 
 
 def stream_faults(
-    time_s: FloatArray, first: FloatArray, then: FloatArray, channel: str, words: str
+    time_s: FloatArray,
+    first: FloatArray,
+    then: FloatArray,
+    channel: str,
+    words: str,
+    known: Lag | None = None,
 ) -> tuple[DataFault, ...]:
     """Report a stream whose lag no effect explains, or whose lag grows.
 
@@ -56,12 +61,14 @@ def stream_faults(
         then: The stream, (T, C).
         channel: How the stream is called.
         words: What it is compared with.
+        known: Its lag over the whole time; None works it out.
     """
     third = len(time_s) // 3
-    begin, end, whole = (
+    begin, end = (
         lag(time_s[part], first[part], then[part])
-        for part in (slice(0, third), slice(-third, None), slice(None))
+        for part in (slice(0, third), slice(-third, None))
     )
+    whole = known or lag(time_s, first, then)
     moved, sd_s = end.seconds - begin.seconds, float(np.hypot(begin.sd_s, end.sd_s))
     late, unsure_s = whole.seconds, SIGMAS * whole.sd_s
     drifts = abs(moved) > max(SKEW_S, SIGMAS * sd_s)

@@ -110,10 +110,11 @@ def blind_spots(simulator: Simulator, trials: Sequence[Trial]) -> BlindSpots:
         live = np.asarray(taking_part.any(axis=0))
         measured |= {name for name, known in zip(names, live, strict=True) if known}
         for drive in (Drive.MEASURED, Drive.COMMAND):
+            open_ones = [effect for effect in simulator.effects if effect.name not in shown]
+            if not open_ones:
+                break
             base = simulator.predict(short, (), drive)
-            for effect in simulator.effects:
-                if effect.name in shown:
-                    continue
+            for effect in open_ones:
                 for cause in _examples(effect, places_for(effect, simulator)):
                     change = (simulator.predict(short, (cause,), drive) - base) / seen.noise
                     if (_rms(change, taking_part) > BLIND).any():

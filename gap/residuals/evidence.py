@@ -91,8 +91,8 @@ class Evidence(Misfit):
             rows = []
             for part, whitener, one in zip(self.parts, self.whiteners, predicted, strict=True):
                 error = part.observation.values - one
-                lost = ~np.isfinite(one) & (whitener.gain > 0)
-                if lost.any():
+                known = np.isfinite(one)
+                if not known.all() and (lost := ~known & (whitener.gain > 0)).any():
                     before = part.observation.values - self._standing(part)
                     error = np.where(lost, before + self._cost_of_none(before, whitener), error)
                 rows.append(whitener.whiten(error))

@@ -10,6 +10,7 @@ and what shakes the whole machine shakes its loads: that much does not count.
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy import special
@@ -143,9 +144,17 @@ def _level(part: TrialPart, on: Sequence[int]) -> _Level:
 
 
 def _fast(values: FloatArray) -> FloatArray:
-    from scipy.signal import butter, sosfiltfilt  # a third of a second: as late as it is needed
+    from scipy.signal import sosfiltfilt  # a third of a second: as late as it is needed
 
-    return np.asarray(sosfiltfilt(butter(ORDER, FAST, "high", fs=1.0, output="sos"), values))
+    return np.asarray(sosfiltfilt(_high_pass(), values))
+
+
+@cache
+def _high_pass() -> FloatArray:
+    """Second-order sections of the filter that leaves the fast part."""
+    from scipy.signal import butter
+
+    return np.asarray(butter(ORDER, FAST, "high", fs=1.0, output="sos"))
 
 
 def _excess(one: _Run, known: Sequence[_Run]) -> float:

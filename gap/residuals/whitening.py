@@ -11,9 +11,11 @@ import numpy as np
 from gap.interfaces import used
 from gap.residuals.floor import ExpectedMisfit, Floor, phase_basis
 from gap.residuals.parts import TrialPart
-from model.values.arrays import FloatArray
+from model.compiled import compiled
+from model.values.arrays import FloatArray, given_rows
 
 SMALLEST = 1e-12
+LARGEST = float(np.finfo(np.float64).max)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,16 +40,36 @@ class Whitener:
 
     def whiten(self, error: FloatArray) -> FloatArray:
         """Map measured minus predicted, (F, C); NaN becomes 0."""
-        new = np.nan_to_num(error - self.expected)
-        scaled = np.where(self.gain > 0.0, new, 0.0) * self.gain
+        scaled = np.empty(error.shape)
+        given, expected, gain = map(given_rows, (error, self.expected, self.gain))
+        _scale(given, expected, gain, scaled)
         if self.basis.shape[1]:
             along = self.shrink * (self.basis.T @ scaled)
-            scaled = scaled - (self.basis @ along) * (self.gain > 0.0)
+            _take_out(given_rows(self.basis @ along), gain, scaled)
         return scaled
 
     def whiten_change(self, change: FloatArray) -> FloatArray:
         """Map by how much an error changes, (F, C): the expected misfit does not."""
         return self.whiten(change + self.expected)
+
+
+@compiled
+def _scale(error: FloatArray, expected: FloatArray, gain: FloatArray, out: FloatArray) -> None:
+    """Errors beyond the expected ones in units of noise; 0 where they are unknown or do not count."""
+    for f in range(error.shape[0]):
+        for c in range(error.shape[1]):
+            beyond = error[f, c] - expected[f, c]
+            known = gain[f, c] > 0.0 and beyond == beyond
+            out[f, c] = min(max(beyond, -LARGEST), LARGEST) * gain[f, c] if known else 0.0
+
+
+@compiled
+def _take_out(along: FloatArray, gain: FloatArray, out: FloatArray) -> None:
+    """Subtract what counts as expected along some directions, where anything is compared."""
+    for f in range(out.shape[0]):
+        for c in range(out.shape[1]):
+            if gain[f, c] > 0.0:
+                out[f, c] -= along[f, c]
 
 
 def make_whitener(part: TrialPart, floor: Floor, base: FloatArray) -> Whitener:

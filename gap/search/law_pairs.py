@@ -3,17 +3,23 @@
 A law of friction has no size, and other numbers have adjusted to its absence: dry friction on legs that do
 not give is little better than wet friction, or worse, and legs that give are little better under wet
 friction. Both together explain a fifth of what healthy runs show. So a law is put in on trial, whatever it
-does alone, and stays if it and what comes next are each worth it with the other, and both together.
+does alone, and stays if it and what comes next are each worth it with the other, and both together. A law
+that hardly changes the prediction cannot gain so much with any other, and is not tried.
 """
 
 from collections.abc import Sequence
 
+import numpy as np
+
+from gap.constants import TAIL
+from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, families_of
 from gap.search.cross_validation import advantage
 from gap.search.look import Look, Selection, Step
 from gap.search.options import Option, fit_option, worth
 from gap.search.replacement import without
 from gap.search.screen import make_signatures
+from model.values.arrays import FloatArray
 
 
 def law_with_partner(
@@ -32,10 +38,29 @@ def law_with_partner(
             continue
         start = (*selection.fitted.causes, law.cause(()))
         option = fit_option(look.evidence, law, start, selection.unseen, look.search.rounds)
+        # a partner that leaves much less by itself would have been taken before
+        if most_nats(look.evidence, selection, option) < _least_nats(look, selection.unseen):
+            continue
         both = _with_partner(look, selection, option, candidates)
         if both is not None:
             return both
     return None
+
+
+def most_nats(evidence: Evidence, selection: Selection, law: Option) -> float:
+    """What a law could gain at most with the best of partners: all that it changes is in the right place.
+
+    What is left of a block and channel, of length r in units in which the score is n ln(1 + r^2) / 2, gains
+    most by a change of length d where r (r - d) = 1, which is n asinh(d / 2).
+    """
+    change = evidence.per_block((law.fitted.residual - selection.fitted.residual) ** 2)
+    free = TAIL * np.fmax(evidence.count, 1e-9)
+    return float((free * np.arcsinh(0.5 * np.sqrt(change / free)))[evidence.count > 0].sum())
+
+
+def _least_nats(look: Look, unseen: FloatArray) -> float:
+    """What a law has to gain, of so much that is left in each block."""
+    return look.search.least_gain * float(unseen.sum())
 
 
 def _with_partner(
@@ -55,8 +80,7 @@ def _with_partner(
         look.search.rounds,
     )  # fmt: skip
     lost = advantage(partner.unseen, alone.unseen, evidence.block_part)
-    least = look.search.least_gain * float(alone.unseen.sum())
-    if lost.nats < least or not worth(lost, 0, len(alone.unseen)):
+    if lost.nats < _least_nats(look, alone.unseen) or not worth(lost, 0, len(alone.unseen)):
         return None
     both = advantage(partner.unseen, selection.unseen, evidence.block_part)
     if not worth(both, len(partner.added.effect.parameters), len(alone.unseen)):

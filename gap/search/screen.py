@@ -189,7 +189,9 @@ class _Rows:
         for start, offset in zip(starts, offsets, strict=True):
             if start.live or self.seen(offset):
                 values, parameters = start.values, start.candidate.effect.parameters
-                rest = (i for i in range(len(values)) if i not in start.live)
+                # a parameter that left no trace, and leaves none there, leaves none by a step from there
+                silent = range(len(values)) if self.seen(offset) else ()
+                rest = (i for i in silent if i not in start.live)
                 about.append((start, offset, (*start.live, *rest)))
                 wanted += [
                     (start.candidate, stepped(parameters, values, i, STEP)) for i in about[-1][2]

@@ -10,10 +10,11 @@ from functools import cached_property
 
 import numpy as np
 
+from model.compiled import compiled
 from model.errors import GapError
 from model.motion.filters import at_times
 from model.motion.se2 import turned
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, given_rows
 
 WORKING_HZ = 50.0
 TWIST_WINDOW_S = 0.25  # the paper's: order 2, 25 samples at 100 Hz
@@ -51,17 +52,17 @@ class Grid:
         return max(2 * round((seconds / self.period_s - 1) / 2) + 1, ORDER + 1 + ORDER % 2)
 
     def slope(self, values: FloatArray, seconds: float) -> FloatArray:
-        """Derivative in time along the first axis: of a parabola through each window (Savitzky-Golay)."""
+        """Derivative in time along the first axis: of a parabola through each window (Savitzky-Golay).
+
+        Raises:
+            GapError: There are too few frames.
+        """
         half = self.window(seconds) // 2
-        frames = len(values)
-        # mirrored through the end points, so that a straight line keeps its slope to the edge
-        head = 2 * values[:1] - values[half:0:-1]
-        tail = 2 * values[-1:] - values[-2 : -half - 2 : -1]
-        wide = np.concatenate([head, values, tail])
-        slope: FloatArray = 0.0 * values  # unknown where the value itself is
-        for k in range(1, half + 1):
-            slope += k * (wide[half + k : half + k + frames] - wide[half - k : half - k + frames])
-        slope /= self._lever(half)
+        if len(values) <= half:
+            raise GapError(f"{len(values)} frames are too few for a slope over {seconds:g} s")
+        slope = np.empty(values.shape)
+        flat = given_rows(values).reshape(len(values), -1)
+        _slopes(flat, half, self._lever(half), slope.reshape(flat.shape))
         return slope
 
     @property
@@ -70,7 +71,7 @@ class Grid:
         return self.frames <= self.window(TWIST_WINDOW_S)
 
     def slope_noise(self, seconds: float) -> float:
-        """Standard deviation of ``slope`` followed by ``down`` for white noise of 1."""
+        """Standard deviation of ``slope`` followed by ``DOWN`` for white noise of 1."""
         half = self.window(seconds) // 2
         kernel = np.arange(-half, half + 1) / self._lever(half)
         return float(np.linalg.norm(np.convolve(kernel, DOWN)))
@@ -80,11 +81,22 @@ class Grid:
         return half * (half + 1) * (2 * half + 1) / 3 * self.period_s
 
 
-def down(values: FloatArray) -> FloatArray:
-    """Average from the working grid to that of the channels, (W, ...) to (F, ...)."""
-    wide = np.concatenate([values[:1], values, values[-1:]])
-    averaged: FloatArray = DOWN[0] * (wide[:-2:2] + wide[2::2]) + DOWN[1] * values[::2]
-    return averaged
+@compiled
+def _slopes(values: FloatArray, half: int, lever: float, out: FloatArray) -> None:
+    """Slopes of columns, (W, K); unknown where the value itself is."""
+    frames, columns = values.shape
+    for f in range(frames):
+        for c in range(columns):
+            out[f, c] = 0.0 * values[f, c]
+            for k in range(1, half + 1):
+                # mirrored through the end points, so that a straight line keeps its slope to the edge
+                if f + k < frames:
+                    later = values[f + k, c]
+                else:
+                    later = 2 * values[frames - 1, c] - values[2 * frames - 2 - f - k, c]
+                earlier = values[f - k, c] if f >= k else 2 * values[0, c] - values[k - f, c]
+                out[f, c] += k * (later - earlier)
+            out[f, c] /= lever
 
 
 def body_velocity(grid: Grid, pose: FloatArray) -> FloatArray:
@@ -128,7 +140,7 @@ def place(grid: Grid, time_s: FloatArray, values: FloatArray, later_s: float = 0
 
 
 def placed_noise(grid: Grid) -> float:
-    """Standard deviation after ``place`` and ``down`` for white noise of 1 in the samples."""
+    """Standard deviation after ``place`` and ``DOWN`` for white noise of 1 in the samples."""
     if grid.period_s <= 1.5 * grid.source_period_s:
         return float(np.linalg.norm(DOWN))
     fine = round(grid.period_s / grid.source_period_s)

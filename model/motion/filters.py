@@ -3,7 +3,7 @@
 import numpy as np
 
 from model.compiled import compiled
-from model.values.arrays import FloatArray, readonly
+from model.values.arrays import FloatArray, given_rows
 
 
 def lagged(
@@ -77,14 +77,9 @@ def at_times(time_s: FloatArray, values: FloatArray, at_s: FloatArray) -> FloatA
         (T, ...).
     """
     out = np.empty((len(at_s), *values.shape[1:]))
-    flat = _as_given(values.reshape(len(values), -1))
-    _between(_as_given(time_s), flat, _as_given(at_s), out.reshape(len(at_s), -1))
+    flat = given_rows(values.reshape(len(values), -1))
+    _between(given_rows(time_s), flat, given_rows(at_s), out.reshape(len(at_s), -1))
     return out
-
-
-def _as_given(values: FloatArray) -> FloatArray:
-    """Numbers in rows that nobody may write: the one kind of array that the kernel is compiled for."""
-    return readonly(np.ascontiguousarray(values, dtype=np.float64).view())
 
 
 @compiled

@@ -295,6 +295,7 @@ def descend(
         feet[k, GRIP] = feet[k, LIMIT]
         gap += feet[k, LIMIT] * np.sqrt(feet[k, SLIP] ** 2 + feet[k, SLIP + 1] ** 2)
     s = max(min(start, gap), rest) if coulomb else start if start > 0.0 else 1.0 / law.creep
+    s_before, off_before = s, np.nan
     for _ in range(FOLLOWING_STEPS if follows else STEPS):
         if exact and gap <= GAP:
             return gap, True
@@ -330,8 +331,14 @@ def descend(
         if not (np.isfinite(gap) and size <= RUNAWAY):
             return gap, False
         if not coulomb:
-            last, s = s, _follow(feet, law.creep)
-            moved = max(moved, size * abs(s / last - 1.0))
+            followed = _follow(feet, law.creep)
+            moved = max(moved, size * abs(followed / s - 1.0))
+            off, ahead = followed - s, followed
+            if not weakens and off != off_before:  # secant: sigma is all that a step depends on
+                secant = s - off * (s - s_before) / (off - off_before)
+                if 0.5 * followed < secant < 2.0 * followed:
+                    ahead = secant
+            s_before, off_before, s = s, off, ahead
         if not exact and (s <= rest or not coulomb):
             settled = moved <= tolerance * (size + rest)
             if settled or (not follows and AHEAD * left <= tolerance):

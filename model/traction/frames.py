@@ -24,7 +24,7 @@ from model.traction.kernel import (
     lay_anisotropy,
     traction_kernel,
 )
-from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
+from model.values.arrays import BoolArray, FloatArray, IntArray, given_rows, readonly
 
 NOT_A_NUMBER = 1
 # Slip below which a foot creeps instead of sliding: far below what motion capture can tell.
@@ -176,7 +176,9 @@ def solve_traction_frames(
     read = (*feet, outside, give, kept)
     answer = answers_for(frames, count) if out is None else out
     prepare()
-    _balance(Given(*map(_rows, read)), FootLaw(law.coulomb, *map(float, law[1:])), newtons, answer)
+    _balance(
+        Given(*map(given_rows, read)), FootLaw(law.coulomb, *map(float, law[1:])), newtons, answer
+    )
     if out is None:
         for values in answer:
             readonly(values)
@@ -196,11 +198,6 @@ def _kept(inertia: Inertia | None, period_s: float) -> FloatArray:
     return np.array([
         inertia.mass_kg / step, inertia.about_z_kg_m2 / step, *inertia.last_B, period_s * walk,
     ])  # fmt: skip
-
-
-def _rows(values: FloatArray) -> FloatArray:
-    """Return numbers in rows that nobody may write, which is what the kernel is compiled for."""
-    return readonly(np.ascontiguousarray(values, dtype=np.float64).view())
 
 
 def answers_for(frames: int, count: int) -> TractionSolutions:
@@ -293,6 +290,6 @@ def _balance(given: Given, law: FootLaw, newtons: bool, out: TractionSolutions) 
 
 @cache
 def prepare() -> None:
-    """Compile for the arrays of ``_rows`` and ``answers_for``, and for nothing else after."""
-    given = Given(*(_rows(np.zeros((1,) * axes)) for axes in (3, 3, 2, 3, 2, 3, 1)))
+    """Compile for the arrays of ``given_rows`` and ``answers_for``, and for nothing else after."""
+    given = Given(*(given_rows(np.zeros((1,) * axes)) for axes in (3, 3, 2, 3, 2, 3, 1)))
     compile_for(_balance, given, FootLaw(False), FLAG, answers_for(1, 1))

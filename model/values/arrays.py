@@ -30,3 +30,8 @@ def readonly(array: NDArray[Any]) -> NDArray[Any]:
     """Return the array with its write flag off, so that a value stays the value it was."""
     array.setflags(write=False)
     return array
+
+
+def given_rows(values: FloatArray) -> FloatArray:
+    """Return numbers in rows that nobody may write, the kind of array that kernels are compiled to read."""
+    return readonly(np.ascontiguousarray(values, dtype=np.float64).view())

@@ -13,11 +13,12 @@ import numpy as np
 from gap.interfaces import Drive
 from gap.machines.legged.inputs import LeggedInputs
 from gap.machines.legged.solved import SolvedOnArrays, SolvedTraction
+from gap.machines.legged.walk_truth import Walk, finite, foot_forces, truth_of
 from model.effects.catalogue import EFFECTS
 from model.effects.grid import body_velocity
-from model.effects.ground import Sliding, Standing, leg_stiffness, slide, stand, stands_on
+from model.effects.ground import Sliding, Standing, slide, stand, stands_on
 from model.effects.machine import LeggedMachine
-from model.effects.pushes import Scene, gradient, resists_motion
+from model.effects.pushes import Scene, resists_motion
 from model.effects.sensing import read_sensors, true_signals
 from model.effects.settings import Settings
 from model.effects.shafts import (
@@ -36,7 +37,7 @@ from model.effects.shafts import (
     springing,
 )
 from model.effects.signals import SensorSignals
-from model.motion.se2 import integrate, turned
+from model.motion.se2 import integrate
 from model.values.arrays import FloatArray
 
 PASSES = 30
@@ -45,20 +46,6 @@ LEAST_SHARE = 1 / 8  # of the way to what a pass found, that the next one goes w
 REMEMBERED = 24
 SHAFTS_GIVE = (*GIVES, "gear_backlash")
 BOUND_TO_PLACES = ("ground_step", "friction_patch", "ground_slope", "tether_force")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Walk:
-    """The truth of W frames as the chain has it.
-
-    Shafts, (W, N), are where commands and loads put them; the world holds x, y, yaw of the body, (W, 3).
-    """
-
-    shaft_rad: FloatArray
-    feet: Feet
-    standing: Standing
-    sliding: Sliding
-    world: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,7 +72,7 @@ class _PassStart:
         solved_m = self.world if place_known else walk.world
         moving = self.velocity_B
         if moving is None:
-            moving = _relaxed(self.moving_B, _finite(walk.sliding.velocity_B), share)
+            moving = _relaxed(self.moving_B, finite(walk.sliding.velocity_B), share)
         return replace(
             self, force_n=_relaxed(self.force_n, solved_n, share),
             world=_relaxed(self.world, solved_m, share), moving_B=moving,
@@ -111,7 +98,9 @@ class LeggedChain:
         if drive is Drive.MEASURED:
             known = self._perfect(inputs, _of_sensors(settings))
         walk = self.walk(known, settings, drive)
-        return read_sensors(inputs.grid, self._truth(known, walk, settings, drive), settings)
+        return read_sensors(
+            inputs.grid, truth_of(self._machine, known, walk, settings, drive), settings
+        )
 
     def walk(self, known: LeggedInputs, settings: Settings, drive: Drive) -> Walk:
         """Run all stages before the sensors, or remember them; the inputs are those of perfect sensors."""
@@ -180,12 +169,12 @@ class LeggedChain:
                 # a shaft that gives under friction is a foot that gives: too stiff for a loop of passes
                 compliance = sum(settings.each(one)[0] for one in GIVES)
                 give = shaft_give(lever, compliance)
-                sprung = springing(lever, compliance, _finite(force[..., 0]))
+                sprung = springing(lever, compliance, finite(force[..., 0]))
         late = known.delayed_command(*settings.whole("command_delay"))
         own = self._shafts(known, late, settings, loads)
         angles = np.where(np.isfinite(known.shaft_rad), known.shaft_rad, own) if measured else own
         if unseen is not None:
-            angles = angles + _finite(unseen)
+            angles = angles + finite(unseen)
         if unseen is None and measured and np.isfinite(known.shaft_rad).all():
             walked = self._measured_feet(known, settings)
         else:
@@ -237,32 +226,6 @@ class LeggedChain:
             (angles,), looked_at, lambda: feet(self._machine, known.grid, angles, looked_at)
         )
 
-    def _truth(
-        self, known: LeggedInputs, walk: Walk, settings: Settings, drive: Drive
-    ) -> SensorSignals:
-        """What perfect sensors would read of a walk."""
-        force = foot_forces(walk, known=False)
-        acting = force
-        if drive is Drive.MEASURED:
-            acting = np.where(np.isfinite(known.force_n), known.force_n, force)
-        foot = walk.feet.signals.position_m.copy()
-        give = np.maximum(acting[..., 2], 0.0) / leg_stiffness(self._machine, settings)
-        foot[..., 2] += give - settings.each("leg_length")[0]
-        twist = walk.standing.twist_rad
-        if twist.any():  # about an axis along x at the height of the shafts
-            aside = -foot[..., 2] * twist
-            foot[..., 2] += foot[..., 1] * twist
-            foot[..., 1] += aside
-        if settings.has("foot_rolling"):
-            # a marker at the bottom of a round foot turns with it about its centre
-            (radius_m,) = settings.whole("foot_rolling")
-            foot[..., 0] += radius_m * np.sin(walk.feet.turn_rad)
-            foot[..., 2] += radius_m * (1.0 - np.cos(walk.feet.turn_rad))
-        if settings.has("leg_flex"):
-            foot[..., :2] += acting[..., :2] * settings.whole("leg_flex")[::-1]
-        body, angles = _body(known, walk, settings)
-        return SensorSignals(known.grid.time_s, walk.shaft_rad, foot, force, body, angles)
-
 
 def _as_perfect(inputs: LeggedInputs, settings: Settings) -> LeggedInputs:
     return true_signals(inputs.grid, inputs, settings)
@@ -274,18 +237,8 @@ def _of_sensors(settings: Settings) -> Settings:
     return replace(settings, acting=acting, added=())
 
 
-def foot_forces(walk: Walk, *, known: bool = True) -> FloatArray:
-    """Ground's force on each foot, (W, N, 3) [N]; where there is no answer 0 if ``known``, else NaN."""
-    force = np.concatenate([walk.sliding.force_xy_n, walk.standing.load_n[..., None]], axis=2)
-    return _finite(force) if known else force
-
-
 def _relaxed(given: FloatArray | None, solved: FloatArray, share: float) -> FloatArray:
     return solved if given is None or share == 1.0 else given + share * (solved - given)
-
-
-def _finite(values: FloatArray) -> FloatArray:
-    return np.where(np.isfinite(values), values, 0.0)
 
 
 def _acts_back(settings: Settings, drive: Drive, place_unknown: bool) -> bool:
@@ -313,25 +266,3 @@ def _integrated(known: LeggedInputs, velocity: FloatArray) -> FloatArray:
     """Place of the point below the body's origin, (W, 3), from where the trial began."""
     held = np.where(np.isfinite(velocity), velocity, 0.0)
     return integrate((held[:-1] + held[1:]) / 2, known.grid.period_s, known.start_pose)
-
-
-def _body(known: LeggedInputs, walk: Walk, settings: Settings) -> tuple[FloatArray, FloatArray]:
-    """Body's place and angles in the world, (W, 3) each; NaN where there is no balance.
-
-    The planar balance moves the ground below the origin; the origin, at its height above it, sways with the
-    tilt. On a slope it rises with the ground and leans with it.
-    """
-    slopes, height = walk.standing.slopes, walk.standing.height_m
-    rise = gradient(settings, walk.world)
-    roll = np.arctan(slopes[:, 1] + rise[:, 1])
-    pitch = np.arctan(slopes[:, 0] - rise[:, 0])
-    yaw = walk.world[:, 2]
-    sway = walk.standing.sway_m - walk.standing.sway_m[:1]
-    place = walk.world[:, :2] + np.stack(turned(sway[:, 0], sway[:, 1], yaw), axis=1)
-    if settings.has("ground_slope"):
-        start = known.start_pose
-        slope_x, slope_y = np.array(settings.whole("ground_slope"))
-        height = height + (place - start[:2]) @ np.array(turned(slope_x, slope_y, start[2]))
-    none = ~np.isfinite(walk.sliding.velocity_B).all(axis=1)
-    x, y, yaw = (np.where(none, np.nan, a) for a in (*place.T, yaw))
-    return np.column_stack([x, y, height]), np.column_stack([roll, pitch, yaw])

@@ -5,9 +5,10 @@ import numpy as np
 from gap.interfaces import NOWHERE, Channel, Observation
 from gap.machines.legged.gait_phase import gait_cycle
 from gap.machines.legged.inputs import LeggedInputs
-from model.effects.grid import TWIST_WINDOW_S, Grid, body_velocity, down, placed_noise
+from model.compiled import compiled
+from model.effects.grid import DOWN, TWIST_WINDOW_S, Grid, body_velocity, placed_noise
 from model.effects.signals import SensorSignals
-from model.values.arrays import FloatArray, readonly
+from model.values.arrays import FloatArray, given_rows, readonly
 from model.values.machine_names import MachineNames
 from record.trial.header import TrialNoise
 
@@ -18,6 +19,7 @@ SWITCH_S = 0.06  # nor is a contact's timing better known than this
 SWITCH_WEIGHT = 0.25
 CONTACT_N = 1.0
 AXES = "xyz"
+SIDE, MIDDLE = float(DOWN[0]), float(DOWN[1])
 
 
 def channels(names: MachineNames) -> tuple[Channel, ...]:
@@ -42,18 +44,56 @@ def to_channels(grid: Grid, command_rad: FloatArray, signals: SensorSignals) -> 
 
     Commands are as logged, (W, N) on the working grid.
     """
-    frames = grid.frames
     pose = np.column_stack([signals.body_m[:, :2], signals.body_rad[:, 2]])
-    wide = np.column_stack([
-        signals.shaft_rad - command_rad,
-        signals.foot_m.reshape(frames, -1),
-        signals.force_n[..., 2],
-        signals.body_m[:, 2],
-        signals.body_rad[:, :2],
-        signals.force_n[..., :2].reshape(frames, -1),
-        body_velocity(grid, pose),
-    ])  # fmt: skip
-    return down(wide)
+    joints, legs = command_rad.shape[1], signals.force_n.shape[1]
+    out = np.empty(((grid.frames + 1) // 2, joints + 6 * legs + 6))
+    shaft, command, foot, force, body, angle, velocity = map(given_rows, (
+        signals.shaft_rad, command_rad, signals.foot_m, signals.force_n, signals.body_m,
+        signals.body_rad, body_velocity(grid, pose),
+    ))  # fmt: skip
+    _lay(shaft, command, foot, force, body, angle, velocity, out)
+    return out
+
+
+@compiled
+def _lay(
+    shaft: FloatArray, command: FloatArray, foot: FloatArray, force: FloatArray, body: FloatArray,
+    angle: FloatArray, velocity: FloatArray, out: FloatArray,
+) -> None:  # fmt: skip
+    """Every channel at every second frame, averaged with its neighbours (``model.effects.grid.DOWN``)."""
+    frames, joints, legs = shaft.shape[0], shaft.shape[1], force.shape[1]
+    support = joints + 3 * legs
+    friction = support + legs + 3
+    dynamics = friction + 2 * legs
+    for row in range(out.shape[0]):
+        f = 2 * row
+        a, b = max(f - 1, 0), min(f + 1, frames - 1)
+        for j in range(joints):
+            out[row, j] = _averaged(
+                shaft[a, j] - command[a, j],
+                shaft[f, j] - command[f, j],
+                shaft[b, j] - command[b, j],
+            )
+        for k in range(legs):
+            for i in range(3):
+                out[row, joints + 3 * k + i] = _averaged(
+                    foot[a, k, i], foot[f, k, i], foot[b, k, i]
+                )
+            out[row, support + k] = _averaged(force[a, k, 2], force[f, k, 2], force[b, k, 2])
+            for i in range(2):
+                out[row, friction + 2 * k + i] = _averaged(
+                    force[a, k, i], force[f, k, i], force[b, k, i]
+                )
+        out[row, support + legs] = _averaged(body[a, 2], body[f, 2], body[b, 2])
+        for i in range(2):
+            out[row, support + legs + 1 + i] = _averaged(angle[a, i], angle[f, i], angle[b, i])
+        for i in range(3):
+            out[row, dynamics + i] = _averaged(velocity[a, i], velocity[f, i], velocity[b, i])
+
+
+@compiled
+def _averaged(before: float, here: float, after: float) -> float:
+    return SIDE * (before + after) + MIDDLE * here
 
 
 def make_observation(inputs: LeggedInputs, load_n: FloatArray, length_m: float) -> Observation:

@@ -162,10 +162,10 @@ def _clock_faults(inputs: LeggedInputs, walk: SensorSignals) -> Iterator[DataFau
     )  # fmt: skip
     for channel, streams in clocks:
         known = [
-            (late.sd_s, wanted, seen)
+            (late, wanted, seen)
             for wanted, seen in streams
             if np.isfinite(seen).any() and (late := lag(time_s, wanted, seen)).correlation > ALIKE
         ]
         if known:
-            _, wanted, seen = min(known, key=lambda one: one[0])
-            yield from stream_faults(time_s, wanted, seen, channel, "the shafts")
+            late, wanted, seen = min(known, key=lambda one: one[0].sd_s)
+            yield from stream_faults(time_s, wanted, seen, channel, "the shafts", late)

@@ -8,12 +8,10 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from typing import TypeVar
 
-import numpy as np
-
 from model.compiled import compiled
 from model.traction.coulomb_kernel import FootLaw
 from model.traction.frames import Pushes, SlidingFeet, TractionSolutions, solve_traction_frames
-from model.values.arrays import FloatArray, readonly
+from model.values.arrays import FloatArray, given_rows
 
 Answer = TypeVar("Answer")
 REMEMBERED = 24
@@ -43,9 +41,7 @@ class SolvedTraction:
                 kept = pushes.inertia
                 plain += (kept.mass_kg, kept.about_z_kg_m2, kept.since_s)
                 arrays.append(kept.last_B)
-        given = tuple(
-            readonly(np.ascontiguousarray(one, dtype=np.float64).view()) for one in arrays
-        )
+        given = tuple(map(given_rows, arrays))
         for i, (known, numbers, answer) in enumerate(self._latest):
             if known == plain and len(numbers) == len(given) and _all_same(numbers, given):
                 self._latest.insert(0, self._latest.pop(i))

@@ -1,0 +1,86 @@
+"""Channels, and whitened residuals, by their definitions: written out with numpy's own functions."""
+
+import numpy as np
+import pytest
+
+from gap.machines.legged.channels import to_channels
+from gap.residuals.whitening import Whitener
+from model.effects.grid import DOWN, TWIST_WINDOW_S, Grid
+from model.effects.signals import SensorSignals
+from model.errors import GapError
+from model.motion.se2 import turned
+from model.values.arrays import FloatArray
+
+LEGS, JOINTS = 3, 4
+
+
+def averaged(values: FloatArray) -> FloatArray:
+    """(1, 2, 1) / 4 at every second frame, the first and the last value held."""
+    wide = np.concatenate([values[:1], values, values[-1:]])
+    every: FloatArray = sum(w * wide[k : k + len(values)] for k, w in enumerate(DOWN))
+    return every[::2]
+
+
+@pytest.mark.parametrize("frames", [60, 61])
+def test_every_channel_is_the_mean_of_its_signal(frames: int) -> None:
+    draws = np.random.default_rng(frames)
+    signals = SensorSignals(
+        time_s=0.02 * np.arange(frames, dtype=np.float64),
+        shaft_rad=draws.normal(size=(frames, JOINTS)),
+        foot_m=draws.normal(size=(frames, LEGS, 3)),
+        force_n=draws.normal(size=(frames, LEGS, 3)),
+        body_m=draws.normal(size=(frames, 3)),
+        body_rad=draws.normal(size=(frames, 3)),
+    )
+    signals.force_n[7, 1, 2] = np.nan
+    command = draws.normal(size=(frames, JOINTS))
+    grid = Grid(0.0, 0.02, frames, 0.01)
+    rate = grid.slope(signals.body_m[:, :2], TWIST_WINDOW_S)
+    velocity = turned(rate[:, 0], rate[:, 1], -signals.body_rad[:, 2])
+    wide = np.column_stack([
+        signals.shaft_rad - command, signals.foot_m.reshape(frames, -1), signals.force_n[..., 2],
+        signals.body_m[:, 2], signals.body_rad[:, :2], signals.force_n[..., :2].reshape(frames, -1),
+        *velocity, grid.slope(signals.body_rad[:, 2], TWIST_WINDOW_S),
+    ])  # fmt: skip
+
+    channels = to_channels(grid, command, signals)
+
+    np.testing.assert_allclose(channels, averaged(wide), rtol=1e-12, atol=1e-12)
+    assert np.isnan(channels[:, JOINTS + 3 * LEGS + 1]).sum() == 2, "frame 7 counts in two of them"
+
+
+def test_a_slope_is_that_of_the_parabola_through_each_window() -> None:
+    grid = Grid(0.0, 0.02, 80, 0.01)
+    values = np.random.default_rng(2).normal(size=80)
+    half = grid.window(TWIST_WINDOW_S) // 2
+    slopes = grid.slope(values, TWIST_WINDOW_S)
+    for frame in (half, 40, 79 - half):
+        window = slice(frame - half, frame + half + 1)
+        fitted = np.polynomial.Polynomial.fit(grid.time_s[window], values[window], 2)
+        assert slopes[frame] == pytest.approx(fitted.deriv()(grid.time_s[frame]), abs=1e-9)
+    line = 3.0 - 2.0 * grid.time_s
+    np.testing.assert_allclose(grid.slope(line, TWIST_WINDOW_S), -2.0, atol=1e-12)
+
+
+def test_a_slope_over_more_than_there_is_says_so() -> None:
+    grid = Grid(0.0, 0.02, 5, 0.01)
+    with pytest.raises(GapError, match="5 frames are too few"):
+        grid.slope(np.zeros(5), TWIST_WINDOW_S)
+
+
+def test_whitened_is_what_counts_in_units_of_noise() -> None:
+    draws = np.random.default_rng(3)
+    basis = np.linalg.qr(draws.normal(size=(40, 3)))[0]
+    gain = draws.uniform(0.5, 2.0, (40, 5))
+    gain[:, 2] = gain[:6] = 0.0
+    shrink = draws.uniform(size=(3, 5))
+    expected = draws.normal(size=(40, 5))
+    whitener = Whitener(expected, gain, basis, shrink, gain, np.ones(5))
+    error = draws.normal(size=(40, 5))
+    error[9, 0] = error[2, 1] = np.nan
+
+    scaled = np.where(np.isfinite(error), error - expected, 0.0) * gain
+    away = np.where(gain > 0, basis @ (shrink * (basis.T @ scaled)), 0.0)
+
+    np.testing.assert_allclose(whitener.whiten(error), scaled - away, rtol=1e-12, atol=1e-12)
+    assert not whitener.whiten(error)[gain == 0].any()
