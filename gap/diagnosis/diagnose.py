@@ -1,6 +1,6 @@
 """The diagnosis: is there a gap, where, which effect, how far it shrinks, what to run next."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,7 @@ from gap.diagnosis.verdict import gap_exists, named_causes, verdict_of, warnings
 from gap.diagnosis.where import where
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
-from gap.interfaces import Cause, Drive, Proposal, Simulator
+from gap.interfaces import Cause, DataFault, Drive, Proposal, Simulator
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.predictions import PredictsElsewhere
 from gap.residuals.vibration import settled
@@ -89,7 +89,7 @@ def diagnose_study(
         GapError: Nothing can be compared.
     """
     progress("checking the data", 0.0)
-    faults = _data_faults(study)
+    checked = study.predictor.checked()
     study = _commissioned(study, standing, progress)
     progress("measuring the baseline", 0.12)
     comparison = compare(study, lambda share: progress("effects one by one", 0.15 + 0.3 * share))
@@ -104,7 +104,7 @@ def diagnose_study(
     answer = _answer(comparison, selection, far)
     progress("what to run next", NEXT_FROM)
     runs = _next_runs(comparison.study, selection, answer.ambiguous, proposer, progress)
-    diagnosis = _diagnosis(comparison, selection, far, answer, faults, runs, seed)
+    diagnosis = _diagnosis(comparison, selection, far, answer, _faults(checked), runs, seed)
     progress("done", 1.0)
     return diagnosis
 
@@ -137,8 +137,7 @@ class _Answer:
     fit: Fit
 
 
-def _data_faults(study: Study) -> tuple[TrialFaults, ...]:
-    checked = [study.simulator.check(one) for one in study.predictor.trials]
+def _faults(checked: Iterator[tuple[DataFault, ...]]) -> tuple[TrialFaults, ...]:
     return tuple(TrialFaults(i, own) for i, own in enumerate(checked) if own)
 
 

@@ -4,14 +4,14 @@ A simulator is not sent: it holds compiled models and what it remembers. What ma
 then only indices and causes.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future, wait
 from dataclasses import dataclass
 from threading import Lock
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from gap.delegate import many_of
-from gap.interfaces import Cause, Drive, Simulator
+from gap.interfaces import Cause, DataFault, Drive, Simulator
 from model.errors import GapError
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
@@ -24,6 +24,7 @@ LOST = (
     "the cluster lost all its workers in the middle of the diagnosis; start workers and try again"
 )
 
+Answer = TypeVar("Answer")
 Made = tuple[Simulator, tuple[Trial, ...]]
 
 
@@ -68,6 +69,13 @@ class Installation:
             many = many_of(simulator)
             return many(asked) if many else [simulator.predict(*one) for one in asked]
 
+    def check(self, trial: int) -> tuple[DataFault, ...]:
+        """Return what is wrong with the data of a trial."""
+        with self._lock:
+            self._made = self._made or self._make()
+            simulator, trials = self._made
+            return simulator.check(trials[trial])
+
 
 @dataclass(frozen=True, slots=True)
 class ClusterPredictions:
@@ -104,7 +112,16 @@ class ClusterPredictions:
                 future.cancel()
             raise
 
-    def _result(self, future: "Future[list[FloatArray]]") -> list[FloatArray]:
+    def check(self, trials: Sequence[int]) -> Iterator[tuple[DataFault, ...]]:
+        """Return what is wrong with the data of each trial, as it is known.
+
+        Raises:
+            GapError: No worker is left.
+        """
+        futures = [self.executor.submit(_check, self.installed, trial) for trial in trials]
+        return map(self._result, futures)
+
+    def _result(self, future: "Future[Answer]") -> Answer:
         while not wait([future], timeout=WATCH_S).done:
             if not self.workers():
                 raise GapError(LOST)
@@ -116,3 +133,7 @@ class ClusterPredictions:
 
 def _predict(installed: Installation, requests: Sequence[Prediction]) -> list[FloatArray]:
     return installed.predict(requests)
+
+
+def _check(installed: Installation, trial: int) -> tuple[DataFault, ...]:
+    return installed.check(trial)

@@ -14,7 +14,7 @@ from queue import SimpleQueue
 
 import numpy as np
 
-from gap.interfaces import Cause, Drive, Simulator
+from gap.interfaces import Cause, DataFault, Drive, Simulator
 from gap.worker_pool import worker_pool
 from model.errors import GapError
 from model.values.arrays import FloatArray, readonly
@@ -75,6 +75,11 @@ def _predict_into_slots(
     return sent
 
 
+def _check(trial: int) -> tuple[DataFault, ...]:
+    shared = _installed[0]
+    return shared.simulator.check(shared.trials[trial])
+
+
 @dataclass(frozen=True, slots=True)
 class PooledPredictions:
     """Where predictions are made, if not here: so many processes."""
@@ -105,6 +110,10 @@ class PooledPredictions:
         finally:
             self.lanes.put(lane)
         return [answers[i] for i in range(len(requests))]
+
+    def check(self, trials: Sequence[int]) -> Iterator[tuple[DataFault, ...]]:
+        """Return what is wrong with the data of each trial, as it is known; this one need not wait."""
+        return self.executor.map(_check, trials)
 
     def _round(
         self, requests: Sequence[PredictionRequest], order: Sequence[int], first: int

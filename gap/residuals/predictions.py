@@ -1,6 +1,6 @@
 """What a simulator predicts for many sets of causes, in this process or elsewhere, and what a fit costs."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from threading import Lock
@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from gap.delegate import many_of
-from gap.interfaces import Cause, Effect, Simulator
+from gap.interfaces import Cause, DataFault, Effect, Simulator
 from gap.residuals.pool import PredictionRequest
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
@@ -26,6 +26,9 @@ class PredictsElsewhere(Protocol):
 
     def predict(self, requests: Sequence[PredictionRequest], /) -> list[FloatArray]:
         """Return (F, C) for each."""
+
+    def check(self, trials: Sequence[int], /) -> Iterator[tuple[DataFault, ...]]:
+        """Return what is wrong with the data of each trial, as it is known."""
 
 
 class Predictor:
@@ -59,6 +62,12 @@ class Predictor:
     def with_standing(self, standing: tuple[Cause, ...]) -> "Predictor":
         """Return the same with these causes behind those that stand."""
         return Predictor(self.simulator, self.trials, self._elsewhere, (*self.standing, *standing))
+
+    def checked(self) -> Iterator[tuple[DataFault, ...]]:
+        """Return what is wrong with the data of each trial, as it is known elsewhere, or at once."""
+        if self._elsewhere is not None:
+            return self._elsewhere.check(range(len(self.trials)))
+        return iter([self.simulator.check(one) for one in self.trials])
 
     def predict(self, requests: Sequence[PredictionRequest]) -> list[FloatArray]:
         """Return (F, C) for each."""

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import optimize, special
+from scipy import special
 
 from gap.constants import JOINTS_DIFFER, JOINTS_DIFFER_WORTH
 from gap.search.sizes import Sizes, scatter_of
@@ -20,6 +20,8 @@ MOST_FREE = 1e6  # degrees of freedom that count as a variance that is known
 FEWEST_SIZES = 2  # of a joint's references, from which they have a scatter
 FEWEST_CAUSES = 8  # from which their variances have a distribution
 LEAST_VARIANCE = 1e-6  # of noise's
+TRIGAMMA_PRECISE = 1e-9
+MOST_STEPS = 50  # five to ten are needed
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +77,7 @@ def pooled(own: Sequence[Sizes], others: Sequence[Sizes], usual: Scatter = UNKNO
     variances = np.array([variance_of(one, usual.gaits_differ) for one in groups])
     logs = np.log(np.maximum(variances, 1e-12 * max(float(variances.mean()), 1e-300)))
     frees = np.array([len(one) - 1.0 for one in groups])
-    prior_free = 2.0 * _trigamma_inverse(_differ(logs, frees))
+    prior_free = 2.0 * trigamma_inverse(_differ(logs, frees))
     # the joint's own runs have half a say at least: it may be the one that is unlike the others
     prior_free = min(prior_free, max(float(free), 1.0))
     return steadied(alone, _prior(float(np.mean((logs - _bias(frees))[: len(there)])), prior_free))
@@ -108,8 +110,8 @@ def usual_scatter(
     logs = np.log(np.maximum(variances, LEAST_VARIANCE)) - _bias(frees)
     centre = float(share @ logs)
     spread = float(share @ (logs - centre) ** 2) / max(1.0 - float(share @ share), 1e-9)
-    differ = spread - float(share @ special.polygamma(1, frees / 2))
-    free = 2.0 * _trigamma_inverse(max(differ, 0.0))
+    differ = spread - float(share @ _trigamma(frees / 2))
+    free = 2.0 * trigamma_inverse(max(differ, 0.0))
     return replace(_prior(centre, free), gaits_differ=gaits_differ)
 
 
@@ -130,24 +132,34 @@ def _differ(logs: FloatArray, frees: FloatArray) -> float:
     Estimated from few joints, so it is drawn towards what joints of machines differ by.
     """
     joints = len(logs) - 1
-    beyond = (
-        float(logs.var(ddof=1) - np.mean(special.polygamma(1, frees / 2))) if joints > 0 else 0.0
-    )
+    beyond = float(logs.var(ddof=1) - np.mean(_trigamma(frees / 2))) if joints > 0 else 0.0
     worth = float(JOINTS_DIFFER_WORTH)
     return (joints * max(beyond, 0.0) + worth * JOINTS_DIFFER) / (joints + worth)
 
 
-def _trigamma_inverse(value: float) -> float:
-    """Return where the trigamma function has a value."""
+def trigamma_inverse(value: float) -> float:
+    """Return where the trigamma function has a value, by Newton's steps on its inverse.
+
+    Smyth 2004, as above, appendix.
+    """
     low, high = 1e-3, MOST_FREE
-    if value >= special.polygamma(1, low):
+    if value >= _trigamma(low):
         return low
-    if value <= special.polygamma(1, high):
+    if value <= _trigamma(high):
         return high
-    root = optimize.brentq(
-        lambda log: float(special.polygamma(1, np.exp(log)) - value), np.log(low), np.log(high)
-    )
-    return float(np.exp(root))
+    at = 0.5 + 1.0 / value
+    for _ in range(MOST_STEPS):
+        here = float(_trigamma(at))
+        step = here * (1.0 - here / value) / (-2.0 * float(special.zeta(3.0, at)))
+        at += step
+        if abs(step) <= TRIGAMMA_PRECISE * at:
+            break
+    return at
+
+
+def _trigamma(value: FloatArray | float) -> FloatArray:
+    """Second derivative of the logarithm of the gamma function; a Hurwitz zeta function."""
+    return np.asarray(special.zeta(2.0, value))
 
 
 def variance_of(one: Sizes, gaits_differ: float) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import stats
+from scipy import special, stats
 
 from gap.search.novelty import chance_of
 from gap.search.scatter import (
@@ -14,6 +14,7 @@ from gap.search.scatter import (
     UsualScatter,
     pooled,
     steadied,
+    trigamma_inverse,
     usual_scatter,
 )
 from model.values.arrays import FloatArray
@@ -109,3 +110,8 @@ def test_the_same_gap_is_surer_with_what_is_usual() -> None:
     alone = chance_of(seen, known, (), 1)
     assert chance_of(seen, known, (), 1, Scatter(own.variance, 2.0)) < 0.4 * alone
     assert chance_of(seen, known, (), 1, Scatter(20 * own.variance, 7.0)) > alone
+
+
+@given(st.floats(1e-5, 1e5))
+def test_the_inverse_of_trigamma_is_its_inverse(value: float) -> None:
+    assert special.polygamma(1, trigamma_inverse(value)) == pytest.approx(value, rel=1e-9)
