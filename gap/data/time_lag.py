@@ -1,10 +1,12 @@
 """How late one stream is against another, by cross-correlation, and whether that grows with time."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gap.interfaces import DataFault
 from model.values.arrays import FloatArray
-from record.trial.lagged_correlation import UNKNOWN, Lag, best_lag
+from record.trial.lagged_correlation import UNKNOWN, Lag, best_lag, likeness_at
 from record.trial.trial import Trial
 
 PERIOD_S = 0.01
@@ -12,9 +14,11 @@ LONGEST_S = 1.5
 # Delays up to here are effects of the catalogue; beyond, or when an answer comes first, clocks disagree.
 LATEST_S = 0.35
 EARLIEST_S = -0.06
+ALLOWED_S = tuple(np.arange(EARLIEST_S, LATEST_S, 0.02).tolist())  # between them
 SKEW_S = 0.12  # change of the lag from the first to the last third
 SURE = 0.7  # correlation at the best lag
 SIGMAS = 3.0  # a lag must be beyond its limit by so many standard deviations
+CLEARLY_LESS = 0.9  # share of what another lag leaves unexplained
 OVERLAP = 0.5
 FEWEST_STEPS = 2
 
@@ -27,17 +31,40 @@ def lag(time_s: FloatArray, first: FloatArray, then: FloatArray) -> Lag:
         first: Any number of signals, (T, C).
         then: The same signals of the other stream, (T, C).
     """
+    pair = _paired(time_s, first, then)
+    if pair is None:
+        return UNKNOWN
+    return best_lag(*pair, PERIOD_S, min(LONGEST_S, (len(pair[0]) + 10) // 4 * PERIOD_S), OVERLAP)
+
+
+def _paired(
+    time_s: FloatArray, first: FloatArray, then: FloatArray
+) -> tuple[FloatArray, FloatArray] | None:
+    """Rates of the signals that both streams have, on one grid; None for none."""
     grid = np.arange(time_s[0], time_s[-1], PERIOD_S)
-    reach_s = min(LONGEST_S, len(grid) // 4 * PERIOD_S)
     pairs = []
     for a, b in zip(first.T, then.T, strict=True):
         both = np.isfinite(a) & np.isfinite(b)
         if both.sum() >= len(a) / 2 and len(grid) > 10 * FEWEST_STEPS:
             pairs.append([_rates(np.interp(grid, time_s[both], v[both])) for v in (a, b)])
     if not pairs:
-        return UNKNOWN
+        return None
     x, y = (np.column_stack(side) for side in zip(*pairs, strict=True))
-    return best_lag(x, y, PERIOD_S, reach_s, OVERLAP)
+    return x, y
+
+
+def _clearly(
+    time_s: FloatArray, first: FloatArray, then: FloatArray, best: Lag, others_s: Sequence[float]
+) -> bool:
+    """Whether the best lag leaves clearly less unexplained than each of some others.
+
+    Where the likeness hardly changes with the lag, as that of legs that ring, its peak says little.
+    """
+    pair = _paired(time_s, first, then)
+    if pair is None:
+        return False
+    alike = [likeness_at(*pair, round(other / PERIOD_S)) for other in others_s]
+    return 1.0 - best.correlation**2 < CLEARLY_LESS * (1.0 - max(0.0, *alike) ** 2)
 
 
 def _rates(values: FloatArray) -> FloatArray:
@@ -64,19 +91,24 @@ def stream_faults(
         known: Its lag over the whole time; None works it out.
     """
     third = len(time_s) // 3
-    begin, end = (
-        lag(time_s[part], first[part], then[part])
-        for part in (slice(0, third), slice(-third, None))
-    )
+    early, last = slice(0, third), slice(-third, None)
+    begin, end = (lag(time_s[part], first[part], then[part]) for part in (early, last))
     whole = known or lag(time_s, first, then)
     moved, sd_s = end.seconds - begin.seconds, float(np.hypot(begin.sd_s, end.sd_s))
     late, unsure_s = whole.seconds, SIGMAS * whole.sd_s
-    drifts = abs(moved) > max(SKEW_S, SIGMAS * sd_s)
-    if min(begin.correlation, end.correlation) > SURE and drifts:
+    if (
+        min(begin.correlation, end.correlation) > SURE
+        and abs(moved) > max(SKEW_S, SIGMAS * sd_s)
+        and _clearly(time_s[last], first[last], then[last], end, [begin.seconds])
+    ):
         rate = moved / (time_s[-third] - time_s[0])
         evidence = f"its lag behind {words} goes from {begin.seconds:.2f} to {end.seconds:.2f} s "
         evidence += f"(+- {sd_s:.2f}): its clock is off by {100 * rate:.2f} %"
-    elif whole.correlation > SURE and not EARLIEST_S - unsure_s <= late <= LATEST_S + unsure_s:
+    elif (
+        whole.correlation > SURE
+        and not EARLIEST_S - unsure_s <= late <= LATEST_S + unsure_s
+        and _clearly(time_s, first, then, whole, ALLOWED_S)
+    ):
         where = f"{late:.2f} s behind" if late > 0 else f"{-late:.2f} s ahead of"
         evidence = f"is {where} {words} (+- {whole.sd_s:.2f} s, correlation "
         evidence += f"{whole.correlation:.2f}): its clock has an offset"

@@ -76,6 +76,23 @@ def best_lag(
     return Lag(seconds, sd_s, peak, rival_s, rival_peak, sigmas)
 
 
+def likeness_at(first: FloatArray, then: FloatArray, lag: int) -> float:
+    """Return the correlation of two signals at one lag in samples, as ``best_lag`` has it; NaN for none.
+
+    Args:
+        first: Samples, (T, C); NaN where unknown.
+        then: The same quantities of the other signal, (U, C).
+        lag: Samples by which the second comes after the first.
+    """
+    x, y = _overlapping(_scaled(first), _scaled(then), lag)
+    both = np.isfinite(x) & np.isfinite(y)
+    counts = both.sum(axis=0)
+    x, y = (np.where(both, one, 0.0) for one in (x, y))
+    a, b = (one - np.where(both, one.sum(axis=0) / np.maximum(counts, 1), 0.0) for one in (x, y))
+    size = float(np.sqrt((a * a).sum() * (b * b).sum()))
+    return float((a * b).sum()) / size if size > 0 else float("nan")
+
+
 def _scaled(values: FloatArray) -> FloatArray:
     """Columns with mean 0 and size 1; NaN throughout where one never changes."""
     out = np.full(values.shape, np.nan)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gap.data.time_lag import stream_faults
 from gap.interfaces import Cause, DataFault, Scope
 from gap.machines.legged.simulator import LeggedSimulator
 from model.effects.catalogue import CATALOGUE
@@ -204,3 +205,18 @@ def test_a_coarse_current_that_turns_slowly_is_neither_saturated_nor_frozen() ->
     stuck[300:900, 0] = stuck[300, 0]
     found = names(simulator().check(replace(trial, current_a=stuck)))
     assert ("frozen", f"current_{LEGS[0]}_a") in found
+
+
+@pytest.mark.parametrize(
+    ("ahead_s", "ringing", "said"), [(0.2, 0.0, True), (0.2, 0.07, False), (0.5, 0.07, True)]
+)
+def test_a_likeness_that_hardly_changes_with_the_lag_is_no_clock_s_offset(
+    ahead_s: float, ringing: float, said: bool
+) -> None:
+    """Legs that ring are as unlike the prediction at any small lag, and the peak is an accident."""
+    time_s, legs = np.arange(0.0, 40.0, 0.02), np.arange(6)
+    phase = 2 * np.pi * (0.15 * time_s[:, None] + legs / 6)
+    rings = np.sin(2 * np.pi * (1.3 + 0.13 * legs) * time_s[:, None] + legs)
+    force = np.sin(phase + 2 * np.pi * 0.15 * ahead_s) + ringing * rings
+    found = stream_faults(time_s, np.sin(phase), force, "force", "the shafts")
+    assert names(found) == ([("clock_offset", "force")] if said else [])

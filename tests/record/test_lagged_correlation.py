@@ -5,7 +5,7 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 
 from model.values.arrays import FloatArray
-from record.trial.lagged_correlation import best_lag
+from record.trial.lagged_correlation import best_lag, likeness_at
 
 PERIOD_S = 0.01
 
@@ -27,6 +27,18 @@ def test_known_lags_lie_within_the_stated_uncertainty() -> None:
         errors.append((lag.seconds - later * PERIOD_S) / lag.sd_s)
     assert 0.6 < np.sqrt(np.mean(np.square(errors))) < 1.6
     assert np.abs(errors).max() < 5
+
+
+def test_the_likeness_at_the_best_lag_is_that_of_the_best_lag() -> None:
+    rng = np.random.default_rng(4)
+    whole = np.hstack([wandering(rng, 900), wandering(rng, 900)])
+    x, y = whole[60:860] + rng.normal(0, 0.05, (800, 2)), whole[40:840].copy()
+    y[200:240, 1] = np.nan
+    best = best_lag(x, y, PERIOD_S, 2.0, 0.5)
+    assert best.seconds == pytest.approx(0.2, abs=0.005)
+    assert likeness_at(x, y, 20) == pytest.approx(best.correlation, abs=1e-9)
+    assert likeness_at(x, y, -20) < best.correlation
+    assert np.isnan(likeness_at(x, np.ones((800, 2)), 0))
 
 
 def test_a_loud_stretch_does_not_draw_the_lag_to_itself() -> None:
