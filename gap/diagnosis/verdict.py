@@ -19,6 +19,7 @@ from gap.search.standard_errors import standard_errors
 from model.values.arrays import FloatArray
 
 FEW_BLOCKS = 6
+LITTLE = 0.25  # share of the gap on held-out runs that is little for causes that are named
 
 
 def gap_exists(evidence: Evidence, detection: Detection | None, selection: Selection) -> bool:
@@ -154,6 +155,12 @@ def warnings_of(
         yield (
             "end to end, from commands alone, held-out runs are predicted worse with a named cause; it "
             "is named because they are predicted better where each stage is fed with measurements"
+        )
+    if study.references and named and far.high < LITTLE:
+        most = 100.0 * max(far.high, 0.0)
+        yield (
+            f"on held-out runs the named causes close {most:.0f} % of the gap at the most: what is new may "
+            "only be like them, or not alone; look at what remains"
         )
     if detection is not None and detection.below and not named and not detection.by_energy:
         yield (

@@ -127,6 +127,23 @@ def test_a_cause_that_held_out_runs_speak_against_is_no_gap_and_said() -> None:
     assert "held-out runs are predicted worse" in said
 
 
+def test_causes_that_close_little_on_held_out_runs_are_said_to() -> None:
+    causes = [Cause("tether", (), (2.0,))]
+    trials, known = toy_case(causes, seed=3), toy_references(3)
+    d = diagnose(trials, Toy(), known)
+    study = make_study(trials, Toy(), known)
+    assert d.far.low > 0.5
+
+    def said(low: float, high: float) -> set[str]:
+        far = replace(d.far, shrink=0.5 * (low + high), low=low, high=high)
+        return set(warnings_of(study, 50, d.causes, far, d.detection)) - set(d.warnings)
+
+    (words,) = said(-0.14, 0.2)
+    assert "close 20 % of the gap at the most" in words
+    assert not said(-0.14, 0.3)
+    assert not said(np.nan, np.nan)
+
+
 @pytest.mark.parametrize("sets", soaked((12, 300), lambda sets: sets < 300, mark=THOROUGH))
 def test_false_alarms_lie_in_the_binomial_band(sets: int) -> None:
     assert _false_alarms(sets) <= stats.binom.ppf(0.975, sets, 0.05)
