@@ -15,6 +15,7 @@ from gap.diagnosis.drop_worse import drop_worse
 from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.how_far import HowFar, how_far
+from gap.diagnosis.left_there import left_there_words
 from gap.diagnosis.new_commands import new_commands
 from gap.diagnosis.probability import Fit, RivalCause, chances, none_of_them
 from gap.diagnosis.second_look import second_look
@@ -198,7 +199,10 @@ def _diagnosis(
 ) -> Diagnosis:  # fmt: skip
     """Put together what is reported."""
     study, evidence, known = comparison.study, comparison.evidence, comparison.known
-    before = where(evidence, comparison.end_to_end, evidence.base, seed)
+    before, remaining = (
+        where(evidence, comparison.end_to_end, residual, seed)
+        for residual in (evidence.base, selection.fitted.residual)
+    )
     stage = answer.named[0].stage if answer.named else before.stage
     return Diagnosis(
         simulator=study.simulator.name,
@@ -214,7 +218,7 @@ def _diagnosis(
         none=answer.none,
         fit=answer.fit,
         where=before,
-        remaining=where(evidence, comparison.end_to_end, selection.fitted.residual, seed),
+        remaining=remaining,
         far=far,
         fitted_trials=tuple(sorted({part.trial for part in study.fitted})),
         held_out_trials=tuple(sorted({part.trial for part in study.held})),
@@ -226,8 +230,9 @@ def _diagnosis(
         ),
         next=runs,
         new_commands=new_commands((*study.fitted, *study.held), study.references),
-        warnings=tuple(
-            warnings_of(study, len(evidence.starts), answer.named, far, answer.detection)
+        warnings=(
+            *warnings_of(study, len(evidence.starts), answer.named, far, answer.detection),
+            *left_there_words(answer.named, remaining),
         ),
         predictions=study.predictor.count,
         seed=seed,
