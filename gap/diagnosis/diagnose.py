@@ -15,14 +15,13 @@ from gap.diagnosis.drop_worse import drop_worse
 from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.how_far import HowFar, how_far
-from gap.diagnosis.left_there import left_there_words
 from gap.diagnosis.new_commands import new_commands
 from gap.diagnosis.probability import Fit, RivalCause, chances, none_of_them
 from gap.diagnosis.second_look import second_look
 from gap.diagnosis.study import FEWEST_REFERENCES, Study, make_study
 from gap.diagnosis.trend import none_with, trends_of
 from gap.diagnosis.verdict import gap_exists, named_causes, verdict_of, warnings_of
-from gap.diagnosis.where import where
+from gap.diagnosis.where import clearest_there, where
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
 from gap.interfaces import Cause, DataFault, Drive, Proposal, Simulator
@@ -232,7 +231,7 @@ def _diagnosis(
         new_commands=new_commands((*study.fitted, *study.held), study.references),
         warnings=(
             *warnings_of(study, len(evidence.starts), answer.named, far, answer.detection),
-            *left_there_words(answer.named, remaining),
+            *clearest_there([(one.effect, one.joints) for one in answer.named], remaining),
         ),
         predictions=study.predictor.count,
         seed=seed,

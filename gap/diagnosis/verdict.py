@@ -159,8 +159,8 @@ def warnings_of(
     if study.references and named and far.high < LITTLE:
         most = 100.0 * max(far.high, 0.0)
         yield (
-            f"on held-out runs the named causes close {most:.0f} % of the gap at the most: what is new may "
-            "only be like them, or not alone; look at what remains"
+            f"on held-out runs the named causes explain {most:.0f} % of the gap at the most: what is new "
+            "may only be like them, or not alone; look at what remains"
         )
     if detection is not None and detection.below and not named and not detection.by_energy:
         yield (

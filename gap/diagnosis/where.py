@@ -4,6 +4,7 @@ Under ``Drive.MEASURED`` a stage's residual is its own; under ``Drive.COMMAND`` 
 chain as well. Single cells are tested together, by the largest statistic under random signs of blocks.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,8 @@ FLIPS = 399
 FEWEST_BLOCKS = 5
 SHOWN = 10
 CELL_LEVEL = 0.05
+# What remains at the joint of a named cause: standard errors, and times the clearest elsewhere.
+CLEAR_CELL, CLEARER = 10.0, 1.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,3 +246,31 @@ def _bands(evidence: Evidence, residual: FloatArray) -> FloatArray:
             total[i] += power[on].sum(axis=0)
     whole = total.sum(axis=0)
     return mean_energy(total, whole)
+
+
+def clearest_there(causes: Sequence[tuple[str, Sequence[str]]], remaining: Where) -> Iterator[str]:
+    """Say for each joint of a named cause if what remains is clearest there, one sentence each.
+
+    Where a cause is all that is new, what is left of its own joint's channels is no clearer than the
+    rest. In 106 cases of 19 realities (2026-11-26, labels open) it was clearest there for four of seven
+    causes outside the catalogue that had been called another cause, for two pairs of which one cause was
+    missed, and for one of the answers that were whole, which was ``unexplained``.
+
+    Args:
+        causes: Name and joints of each.
+        remaining: What they leave.
+    """
+    joints = {joint: name for name, where_it_is in reversed(causes) for joint in where_it_is}
+    elsewhere = max(
+        (abs(one.statistic) for one in remaining.cells if one.joint not in joints), default=0.0
+    )
+    for joint, name in joints.items():
+        here = [one for one in remaining.cells if one.joint == joint]
+        size = max((abs(one.statistic) for one in here), default=0.0)
+        if size < max(CLEAR_CELL, CLEARER * elsewhere):
+            continue
+        channel = max(here, key=lambda one: abs(one.statistic)).channel
+        yield (
+            f"what remains is clearest at {joint} ({channel}, {size:.0f} standard errors): a second cause "
+            f"is there, or one that {name} is only like"
+        )

@@ -139,7 +139,7 @@ def test_causes_that_close_little_on_held_out_runs_are_said_to() -> None:
         return set(warnings_of(study, 50, d.causes, far, d.detection)) - set(d.warnings)
 
     (words,) = said(-0.14, 0.2)
-    assert "close 20 % of the gap at the most" in words
+    assert "explain 20 % of the gap at the most" in words
     assert not said(-0.14, 0.3)
     assert not said(np.nan, np.nan)
 

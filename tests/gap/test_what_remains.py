@@ -3,8 +3,7 @@
 from dataclasses import replace
 
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.left_there import left_there_words
-from gap.diagnosis.where import PhaseCell, Where
+from gap.diagnosis.where import PhaseCell, Where, clearest_there
 from gap.interfaces import Cause
 from tests.gap.toy import Toy, toy_case, toy_references
 
@@ -23,11 +22,11 @@ def test_more_than_anywhere_else_at_its_own_joint_is_said() -> None:
             replace(CELL, joint="", statistic=elsewhere),
         )
         remaining: Where = replace(d.remaining, cells=cells)
-        return list(left_there_words(d.causes, remaining))
+        return list(clearest_there([("stiffness", ("b",))], remaining))
 
     (words,) = said(-20.0, 8.0)
     assert "clearest at b (angle, 20 standard errors)" in words
     assert "stiffness is only like" in words
     assert not said(9.0, 2.0)
     assert not said(20.0, -18.0)
-    assert not list(left_there_words((), replace(d.remaining, cells=(CELL,))))
+    assert not list(clearest_there((), replace(d.remaining, cells=(CELL,))))
