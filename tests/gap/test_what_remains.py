@@ -26,7 +26,7 @@ def test_more_than_anywhere_else_at_its_own_joint_is_said() -> None:
 
     (words,) = said(-20.0, 8.0)
     assert "clearest at b (angle, 20 standard errors)" in words
-    assert "stiffness is only like" in words
+    assert "stiffness only resembles the true one" in words
     assert not said(9.0, 2.0)
     assert not said(20.0, -18.0)
     assert not list(clearest_there((), replace(d.remaining, cells=(CELL,))))
