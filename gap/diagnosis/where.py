@@ -271,6 +271,6 @@ def clearest_there(causes: Sequence[tuple[str, Sequence[str]]], remaining: Where
             continue
         channel = max(here, key=lambda one: abs(one.statistic)).channel
         yield (
-            f"what remains is clearest at {joint} ({channel}, {size:.0f} standard errors): another cause is "
-            f"there, too, or {name} only resembles the true one"
+            f"what remains is clearest at {joint} ({channel}, {size:.0f} standard errors): another cause "
+            f"is there, too, or {name} only resembles the true one"
         )
