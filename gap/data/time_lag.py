@@ -10,6 +10,7 @@ from record.trial.lagged_correlation import UNKNOWN, Lag, best_lag, likeness_at
 from record.trial.trial import Trial
 
 PERIOD_S = 0.01
+RATE_STEPS = 10
 LONGEST_S = 1.5
 # Delays up to here are effects of the catalogue; beyond, or when an answer comes first, clocks disagree.
 LATEST_S = 0.35
@@ -34,7 +35,8 @@ def lag(time_s: FloatArray, first: FloatArray, then: FloatArray) -> Lag:
     pair = _paired(time_s, first, then)
     if pair is None:
         return UNKNOWN
-    return best_lag(*pair, PERIOD_S, min(LONGEST_S, (len(pair[0]) + 10) // 4 * PERIOD_S), OVERLAP)
+    reach_s = min(LONGEST_S, (len(pair[0]) + RATE_STEPS) // 4 * PERIOD_S)
+    return best_lag(*pair, PERIOD_S, reach_s, OVERLAP)
 
 
 def _paired(
@@ -69,7 +71,7 @@ def _clearly(
 
 def _rates(values: FloatArray) -> FloatArray:
     """Change over 0.1 s: a long ramp would hide the lag."""
-    return values[10:] - values[:-10]
+    return values[RATE_STEPS:] - values[:-RATE_STEPS]
 
 
 def stream_faults(

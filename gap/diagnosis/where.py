@@ -260,17 +260,17 @@ def clearest_there(causes: Sequence[tuple[str, Sequence[str]]], remaining: Where
         causes: Name and joints of each.
         remaining: What they leave.
     """
-    joints = {joint: name for name, where_it_is in reversed(causes) for joint in where_it_is}
+    joints = {joint: name for name, places in reversed(causes) for joint in places}
     elsewhere = max(
         (abs(one.statistic) for one in remaining.cells if one.joint not in joints), default=0.0
     )
     for joint, name in joints.items():
         here = [one for one in remaining.cells if one.joint == joint]
-        size = max((abs(one.statistic) for one in here), default=0.0)
-        if size < max(CLEAR_CELL, CLEARER * elsewhere):
+        clearest = max(here, key=lambda one: abs(one.statistic), default=None)
+        if clearest is None or abs(clearest.statistic) < max(CLEAR_CELL, CLEARER * elsewhere):
             continue
-        channel = max(here, key=lambda one: abs(one.statistic)).channel
+        size = abs(clearest.statistic)
         yield (
-            f"what remains is clearest at {joint} ({channel}, {size:.0f} standard errors): another cause "
-            f"is there, too, or {name} only resembles the true one"
+            f"what remains is clearest at {joint} ({clearest.channel}, {size:.0f} standard errors): "
+            f"another cause is there, too, or {name} only resembles the true one"
         )

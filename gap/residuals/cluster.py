@@ -63,8 +63,7 @@ class Installation:
     def predict(self, requests: Sequence[Prediction]) -> list[FloatArray]:
         """Return (F, C) for each."""
         with self._lock:
-            self._made = self._made or self._make()
-            simulator, trials = self._made
+            simulator, trials = self._ready()
             asked = [(trials[one.trial], one.causes, one.drive) for one in requests]
             many = many_of(simulator)
             return many(asked) if many else [simulator.predict(*one) for one in asked]
@@ -72,9 +71,12 @@ class Installation:
     def check(self, trial: int) -> tuple[DataFault, ...]:
         """Return what is wrong with the data of a trial."""
         with self._lock:
-            self._made = self._made or self._make()
-            simulator, trials = self._made
+            simulator, trials = self._ready()
             return simulator.check(trials[trial])
+
+    def _ready(self) -> Made:
+        self._made = self._made or self._make()
+        return self._made
 
 
 @dataclass(frozen=True, slots=True)

@@ -113,6 +113,16 @@ class Evidence(Misfit):
         nats = 0.5 * TAIL * safe * np.log1p(self.per_block(residual**2) / (TAIL * safe))
         return np.where(self.count > 0, nats, 0.0)
 
+    def most_gained(self, change: FloatArray) -> float:
+        """Most nats that a residual, whatever it is, gains when a change, (F, C), is subtracted from it.
+
+        Of a block and channel whose residual has length r, in units in which its score is
+        n ln(1 + r^2) / 2, a change of length d gains most where r (r - d) = 1, which is n asinh(d / 2).
+        """
+        free = TAIL * np.fmax(self.count, 1e-9)
+        length = np.sqrt(self.per_block(change**2) / free)
+        return float((free * np.arcsinh(0.5 * length))[self.count > 0].sum())
+
     def weights(self, residual: FloatArray) -> FloatArray:
         """Weight of each frame in a quadratic that is tangent to the score, (F, C)."""
         energy = self.per_block(residual**2)

@@ -9,10 +9,6 @@ that hardly changes the prediction cannot gain so much with any other, and is no
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from gap.constants import TAIL
-from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, families_of
 from gap.search.cross_validation import advantage
 from gap.search.look import Look, Selection, Step
@@ -39,23 +35,13 @@ def law_with_partner(
         start = (*selection.fitted.causes, law.cause(()))
         option = fit_option(look.evidence, law, start, selection.unseen, look.search.rounds)
         # a partner that leaves much less by itself would have been taken before
-        if most_nats(look.evidence, selection, option) < _least_nats(look, selection.unseen):
+        change = option.fitted.residual - selection.fitted.residual
+        if look.evidence.most_gained(change) < _least_nats(look, selection.unseen):
             continue
         both = _with_partner(look, selection, option, candidates)
         if both is not None:
             return both
     return None
-
-
-def most_nats(evidence: Evidence, selection: Selection, law: Option) -> float:
-    """What a law could gain at most with the best of partners: all that it changes is in the right place.
-
-    What is left of a block and channel, of length r in units in which the score is n ln(1 + r^2) / 2, gains
-    most by a change of length d where r (r - d) = 1, which is n asinh(d / 2).
-    """
-    change = evidence.per_block((law.fitted.residual - selection.fitted.residual) ** 2)
-    free = TAIL * np.fmax(evidence.count, 1e-9)
-    return float((free * np.arcsinh(0.5 * np.sqrt(change / free)))[evidence.count > 0].sum())
 
 
 def _least_nats(look: Look, unseen: FloatArray) -> float:

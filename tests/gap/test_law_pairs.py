@@ -15,7 +15,6 @@ from gap.residuals.parts import whole_parts
 from gap.residuals.predictions import Predictor
 from gap.search.candidates import Candidate
 from gap.search.fit import fit_causes
-from gap.search.law_pairs import most_nats
 from gap.search.look import Selection
 from gap.search.options import Option, fit_option
 from tests.gap.toy import EFFECTS, RISE, Toy, toy_case
@@ -50,7 +49,7 @@ def test_a_law_gains_no_more_than_its_change_could_at_the_best_place(
     evidence, before, law = law_alone()
     change = law.fitted.residual - before.fitted.residual
     draws = np.random.default_rng(seed)
-    bound = most_nats(evidence, before, law)
+    bound = evidence.most_gained(change)
     gains = [
         float((evidence.score(residual) - evidence.score(residual - change)).sum())
         for residual in (
