@@ -86,8 +86,9 @@ def balance_frame(
         outside: What acts besides friction, body axes: force x, y [N], moment about z through the origin
             [N m], resistance to the body's velocity along the ground [N s/m] and about z [N m s], (5,);
             empty where nothing does.
-        elastic: How far feet give along body x and y, over the time step [m/(N s)], and their horizontal
-            forces one time step ago [N], (N, 4); no rows: they do not give.
+        elastic: How far feet give along body x and y, over the time step [m/(N s)], their horizontal
+            forces one time step ago [N], and forces from which the search starts [N], (N, 6); no rows:
+            they do not give.
         warm: Whether ``velocity`` and ``sticking`` hold the frame before.
         velocity: Out: vx, vy [m/s], yaw rate [rad/s], (3,).
         slip: Out: (N, 2) [m/s], exactly 0 for feet at rest.
@@ -168,8 +169,8 @@ def balance_frame(
             feet[i, GIVE + 1] = lxx * px * lxy + lxy * py * lyy
             feet[i, GIVE + 2] = lxy * px * lxy + lyy * py * lyy
             if warm and law.coulomb:
-                # a foot that gives answers as it did a moment ago: the search starts there
-                fx, fy = -elastic[k, 2] / total, -elastic[k, 3] / total
+                # a foot that gives answers much as it did a moment ago
+                fx, fy = -elastic[k, 4] / total, -elastic[k, 5] / total
                 along = (ax * fx + ay * fy) / (1.0 + ax * ax + ay * ay)
                 fx, fy = fx - ax * along, fy - ay * along
                 least = min(1.0, c / total / max(np.sqrt(fx * fx + fy * fy), 1e-300))

@@ -94,6 +94,8 @@ class Given(NamedTuple):
         give: How far feet give over the time between frames, (1 or F, N, 2) [m/(N s)]; no rows: not at all.
         kept: Mass and moment of inertia over their time step, the velocity before the first frame, (3), and
             the time between the frames of a walk [s], 0 for frames that do not follow each other, (6,).
+        near: Velocity of the body, then forces on the feet, in answers near the ones sought, (F, 3 + 2 N);
+            no rows: none are known.
     """
 
     feet: FloatArray
@@ -103,6 +105,7 @@ class Given(NamedTuple):
     outside: FloatArray
     give: FloatArray
     kept: FloatArray
+    near: FloatArray
 
 
 class TractionSolutions(NamedTuple):
@@ -139,6 +142,7 @@ def solve_traction_frames(
     give_m_n: FloatArray | None = None,
     *,
     newtons: bool = True,
+    near: FloatArray | None = None,
     out: TractionSolutions | None = None,
 ) -> TractionSolutions:
     """Balance each frame.
@@ -150,6 +154,8 @@ def solve_traction_frames(
         period_s: Time between frames; feet that give remember the frame before.
         give_m_n: How far a foot gives under a horizontal force, along body x and y, (F or 1, N, 2).
         newtons: Whether to put the viscous ansatz in newtons or to leave it as -mu N (I + w w^T) slip.
+        near: Where the search of feet that creep or give starts: velocities and forces of the same frames
+            under conditions that differ a little, (F, 3 + 2 N), of ``near_answers``.
         out: Arrays at hand to write the answer into; frames whose ``reason`` is not 0 are left out.
 
     Raises:
@@ -160,6 +166,10 @@ def solve_traction_frames(
     wrench = np.zeros((frames, 3)) if pushes is None else pushes.wrench_B
     shapes = (feet.position_m[..., :2].shape, feet.speed_m_s[..., :2].shape, wrench.shape)
     either = (feet.anisotropy_B.shape, one if give_m_n is None else give_m_n.shape)
+    if near is not None and near.shape != (frames, 3 + 2 * count):
+        raise ModelError(
+            f"{frames} frames of {count} feet have no answers near them of {near.shape}"
+        )
     if shapes != (two, two, (frames, 3)) or not {two, one}.issuperset(either):
         raise ModelError(f"{frames} frames of {count} feet do not fit shapes {shapes} and {either}")
     outside, kept, give = np.zeros((0, 5)), np.zeros(6), np.zeros((0, count, 2))
@@ -173,7 +183,7 @@ def solve_traction_frames(
         raise ModelError(
             "feet that give or a body that is pushed need feet that creep: give a rest speed"
         )
-    read = (*feet, outside, give, kept)
+    read = (*feet, outside, give, kept, np.zeros((0, 3 + 2 * count)) if near is None else near)
     answer = answers_for(frames, count) if out is None else out
     prepare()
     _balance(
@@ -188,6 +198,11 @@ def solve_traction_frames(
 TractionSolver = Callable[
     [SlidingFeet, FootLaw, Pushes | None, float, FloatArray], TractionSolutions
 ]
+
+
+def near_answers(velocity_B: FloatArray, force_xy_B: FloatArray) -> FloatArray:  # noqa: N803
+    """Return what balances near an answer start from, (F, 3 + 2 N), given (F, 3) and (F, N, 2)."""
+    return np.column_stack([velocity_B, force_xy_B.reshape(len(velocity_B), -1)])
 
 
 def _kept(inertia: Inertia | None, period_s: float) -> FloatArray:
@@ -214,16 +229,18 @@ def answers_for(frames: int, count: int) -> TractionSolutions:
 
 @compiled
 def _balance(given: Given, law: FootLaw, newtons: bool, out: TractionSolutions) -> None:
-    feet, speed, limit, w, others, give, kept = given
+    feet, speed, limit, w, others, give, kept, near = given
     velocity, slip, force, sticking, unique, reason = out
     frames, count = limit.shape
     work, loads, mu = np.zeros((ROWS, count)), np.empty(count), np.ones(count)
     twist, before, rest = np.zeros(3), kept[2:5].copy(), np.zeros(count, dtype=np.bool_)
     outside = np.zeros(5 if others.shape[0] > 0 else 0)
-    elastic = np.zeros((count if give.shape[0] > 0 else 0, 4))
+    elastic = np.zeros((count if give.shape[0] > 0 else 0, 6))
     space = balance_space(count)
     heavy = kept[0] > 0.0 or kept[1] > 0.0
     plain = not law.coulomb and law.static_ratio == 1.0 and give.shape[0] == 0
+    # where friction falls with speed several velocities may balance: it stays near the frame before
+    near_known = near.shape[0] > 0 and law.static_ratio == 1.0
     warm, last = False, speed.shape[2] - 1
     for f in range(frames):
         check = 0.0
@@ -263,7 +280,16 @@ def _balance(given: Given, law: FootLaw, newtons: bool, out: TractionSolutions) 
                         force[f, k, 0] *= scale
                         force[f, k, 1] *= scale
             else:
-                if warm and law.rest > 0.0 and f > 1 and np.isfinite(velocity[f - 2, 0]):
+                known = near_known and f > 0 and np.isfinite(near[f, 0] + near[f - 1, 0])
+                for k in range(elastic.shape[0]):
+                    elastic[k, 4], elastic[k, 5] = elastic[k, 2], elastic[k, 3]
+                    if known:  # what is near changes as the answer does
+                        elastic[k, 4] += near[f, 3 + 2 * k] - near[f - 1, 3 + 2 * k]
+                        elastic[k, 5] += near[f, 4 + 2 * k] - near[f - 1, 4 + 2 * k]
+                if warm and law.rest > 0.0 and known:
+                    for i in range(3):
+                        twist[i] = velocity[f - 1, i] + near[f, i] - near[f - 1, i]
+                elif warm and law.rest > 0.0 and f > 1 and np.isfinite(velocity[f - 2, 0]):
                     for i in range(3):  # the search starts where the two frames before lead to
                         twist[i] = 2.0 * velocity[f - 1, i] - velocity[f - 2, i]
                 reason[f], unique[f] = balance_frame(
@@ -291,5 +317,5 @@ def _balance(given: Given, law: FootLaw, newtons: bool, out: TractionSolutions) 
 @cache
 def prepare() -> None:
     """Compile for the arrays of ``given_rows`` and ``answers_for``, and for nothing else after."""
-    given = Given(*(given_rows(np.zeros((1,) * axes)) for axes in (3, 3, 2, 3, 2, 3, 1)))
+    given = Given(*(given_rows(np.zeros((1,) * axes)) for axes in (3, 3, 2, 3, 2, 3, 1, 2)))
     compile_for(_balance, given, FootLaw(False), FLAG, answers_for(1, 1))

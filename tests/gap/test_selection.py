@@ -130,6 +130,28 @@ def test_where_all_of_the_first_list_differs_between_days_a_second_is_fitted(
     assert select_all(found, healthy, toy, Search()).fitted.causes == ()
 
 
+def test_signatures_are_made_again_of_those_alone_that_may_be_next(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(selection_module, "MAY_BE_NEXT", 1)
+    monkeypatch.setattr(selection_module, "NOTHING_LEFT", 0.0)
+    toy = Toy()
+    both = [Cause("offset", ("b",), (0.08,)), Cause("tether", (), (0.4,))]
+    found, known = evidences(toy, toy_case(both, seed=3), toy_references(5))
+    made: list[set[str]] = []
+
+    def noted(*given: object) -> object:
+        made.append({one.effect.name for one in given[1]})  # type: ignore[attr-defined]
+        return make_signatures(*given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(selection_module, "make_signatures", noted)
+    chosen = select_all(found, known, toy, Search())
+    assert {one.effect for one in chosen.fitted.causes} == {"offset", "tether"}
+    assert made
+    every = {one.effect.name for one in candidates_of(toy)}
+    assert all(chosen.fitted.causes[0].effect in some and some < every for some in made)
+
+
 def test_a_cause_closes_what_is_there_and_another_only_a_share() -> None:
     toy = Toy()
     found, healthy = evidences(

@@ -13,6 +13,7 @@ from model.traction.frames import (
     Pushes,
     SlidingFeet,
     TractionSolutions,
+    near_answers,
     solve_traction_frames,
 )
 from model.values.arrays import FloatArray
@@ -111,6 +112,27 @@ def test_feet_at_rest_hold_with_the_forces_of_slowest_creep(kind: str) -> None:
     assert (apart[1] < apart[0] + 1e-6).mean() > 0.95
     close = [np.abs(c.velocity_B - whole.velocity_B)[several].max() for c in creep]
     assert close[1] < 1e-6
+
+
+@pytest.mark.parametrize("flexible", [False, True])
+@pytest.mark.parametrize("near", ["a little off", "elsewhere", "unknown", "with gaps"])
+def test_an_answer_is_the_same_wherever_its_search_starts(flexible: bool, near: str) -> None:
+    give = np.full((1, LEGS, 2), [2e-5, 1e-5]) if flexible else None
+    limit = 0.6 * exact(FrictionLaw.VISCOUS).load_n
+    feet = SlidingFeet(POSITION[..., :2], SPEED[..., :2], limit, W[None])
+    pushes = Pushes(np.tile([3.0, -2.0, 0.4], (FRAMES, 1)), 20.0)
+    plain = solve_traction_frames(feet, CREEPING, pushes, 0.02, give)
+    off = {"a little off": 1.02, "elsewhere": -30.0}.get(near, 1.0)
+    start = near_answers(off * plain.velocity_B, off * plain.force_xy_B)
+    if near == "unknown":
+        start[:] = np.nan
+    if near == "with gaps":
+        start[::3] = np.nan
+    found = solve_traction_frames(feet, CREEPING, pushes, 0.02, give, near=start)
+    assert np.abs(found.velocity_B - plain.velocity_B).max() < 1e-12
+    assert np.abs(found.force_xy_B - plain.force_xy_B).max() < 1e-8
+    with pytest.raises(ModelError, match="no answers near them"):
+        solve_traction_frames(feet, CREEPING, pushes, 0.02, give, near=start[:, :-1])
 
 
 @pytest.mark.parametrize("static_ratio", [1.0, 1.4])

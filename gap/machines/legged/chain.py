@@ -6,7 +6,7 @@ pose come from the sensors (made good for what the causes say of the sensors), w
 """
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -38,6 +38,7 @@ from model.effects.shafts import (
 )
 from model.effects.signals import SensorSignals
 from model.motion.se2 import integrate
+from model.traction.frames import near_answers
 from model.values.arrays import FloatArray
 
 PASSES = 30
@@ -90,25 +91,47 @@ class LeggedChain:
         self._known_standing, self._known_world = SolvedOnArrays(), SolvedOnArrays()
         self._perfect = lru_cache(maxsize=REMEMBERED)(_as_perfect)
         self._measured_world = lru_cache(maxsize=REMEMBERED)(_measured_world)
-        self._traction = SolvedTraction()
+        self._traction, self._known_starts = SolvedTraction(), SolvedOnArrays()
 
     def read(self, inputs: LeggedInputs, settings: Settings, drive: Drive) -> SensorSignals:
         """Return what the sensors would read."""
         known = inputs
         if drive is Drive.MEASURED:
             known = self._perfect(inputs, _of_sensors(settings))
-        walk = self.walk(known, settings, drive)
+        walk = self.walk(known, settings, drive, self._near(inputs, settings, drive))
         return read_sensors(
             inputs.grid, truth_of(self._machine, known, walk, settings, drive), settings
         )
 
-    def walk(self, known: LeggedInputs, settings: Settings, drive: Drive) -> Walk:
-        """Run all stages before the sensors, or remember them; the inputs are those of perfect sensors."""
+    def _near(self, inputs: LeggedInputs, settings: Settings, drive: Drive) -> Sliding | None:
+        """Return the answer from which searches of this trial start: with laws, without other causes.
+
+        None of it depends on what was asked before, and so none of what is found from it.
+        """
+        laws = _laws_of(settings)
+        if settings == laws:
+            return None
+        known = self._perfect(inputs, _of_sensors(laws)) if drive is Drive.MEASURED else inputs
+        return self.walk(known, laws, drive).sliding
+
+    def walk(
+        self,
+        known: LeggedInputs,
+        settings: Settings,
+        drive: Drive,
+        near: Sliding | None = None,
+    ) -> Walk:
+        """Run all stages before the sensors, or remember them; the inputs are those of perfect sensors.
+
+        ``near`` is an answer from which balances start; it moves no more than the last digits.
+        """
         acting = tuple(one for one in settings.acting if EFFECTS[one[0]].stage != "sensing")
         added = tuple(one for one in settings.added if one.user.effect.stage != "sensing")
-        return self._plain_walk(known, replace(settings, acting=acting, added=added), drive)
+        return self._plain_walk(known, replace(settings, acting=acting, added=added), drive, near)
 
-    def _walk(self, known: LeggedInputs, settings: Settings, drive: Drive) -> Walk:
+    def _walk(
+        self, known: LeggedInputs, settings: Settings, drive: Drive, near: Sliding | None
+    ) -> Walk:
         measured = drive is Drive.MEASURED
         world = self._measured_world(known) if measured else None
         velocity = None
@@ -118,7 +141,9 @@ class LeggedChain:
         if not measured and settings.has("gear_backlash"):
             # the loads of a walk without the play decide against which flank a shaft lies
             tight = tuple(one for one in settings.acting if one[0] != "gear_backlash")
-            flank = foot_forces(self._plain_walk(known, replace(settings, acting=tight), drive))
+            flank = foot_forces(
+                self._plain_walk(known, replace(settings, acting=tight), drive, near)
+            )
         place = np.tile(known.start_pose, (known.grid.frames, 1)) if world is None else world
         force = known.force_n if measured else np.zeros_like(known.force_n)
         if measured and feels_loads(settings) and not np.isfinite(force).any():
@@ -126,16 +151,16 @@ class LeggedChain:
             acting = tuple(one for one in settings.acting if one[0] not in SHAFTS_GIVE)
             added = tuple(one for one in settings.added if one.user.effect.stage != "actuation")
             plain = replace(settings, acting=acting, added=added)
-            force = foot_forces(self._plain_walk(known, plain, drive))
+            force = foot_forces(self._plain_walk(known, plain, drive, near))
         start = _PassStart(force, flank, place, velocity, velocity)
-        walk = self._pass(known, settings, drive, start)
+        walk = self._pass(known, settings, drive, start, near)
         if not _acts_back(settings, drive, world is None):
             return walk
         share, last = 1.0, np.inf
         for _ in range(PASSES):
             before = walk
             start = start.towards(walk, share, measured, world is not None)
-            walk = self._pass(known, settings, drive, start)
+            walk = self._pass(known, settings, drive, start, walk.sliding)
             change = _change(before, walk) / share
             if change <= CONVERGED:
                 break
@@ -147,7 +172,12 @@ class LeggedChain:
         return walk
 
     def _pass(
-        self, known: LeggedInputs, settings: Settings, drive: Drive, start: _PassStart
+        self,
+        known: LeggedInputs,
+        settings: Settings,
+        drive: Drive,
+        start: _PassStart,
+        alike: Sliding | None,
     ) -> Walk:
         """One pass through the stages."""
         machine, grid = self._machine, known.grid
@@ -179,7 +209,8 @@ class LeggedChain:
             walked = self._measured_feet(known, settings)
         else:
             walked = feet(machine, grid, angles, settings)
-        scene = Scene(machine, grid, settings, start.world, self._traction)
+        solve = partial(self._traction, near=None if alike is None else self._start_of(alike))
+        scene = Scene(machine, grid, settings, start.world, solve)
         standing = self._stand(scene, walked, start.moving_B)
         load = standing.load_n
         if measured:
@@ -201,6 +232,11 @@ class LeggedChain:
             looked_at,
             lambda: stand(bare, walked, moving_B),
         )
+
+    def _start_of(self, near: Sliding) -> FloatArray:
+        """Where balances start that are near an answer; most predictions share it."""
+        velocity, force = near.velocity_B, near.force_xy_n
+        return self._known_starts.of((velocity, force), None, lambda: near_answers(velocity, force))
 
     def _integrated(self, known: LeggedInputs, sliding: Sliding) -> FloatArray:
         """Place of the point below the body's origin, (W, 3), from where the trial began."""
@@ -234,6 +270,12 @@ def _as_perfect(inputs: LeggedInputs, settings: Settings) -> LeggedInputs:
 def _of_sensors(settings: Settings) -> Settings:
     """Return the part of settings that sensors have, all else neutral."""
     acting = tuple(one for one in settings.acting if EFFECTS[one[0]].stage == "sensing")
+    return replace(settings, acting=acting, added=())
+
+
+def _laws_of(settings: Settings) -> Settings:
+    """Return the laws of settings, all that has numbers neutral."""
+    acting = tuple(one for one in settings.acting if not EFFECTS[one[0]].parameters)
     return replace(settings, acting=acting, added=())
 
 

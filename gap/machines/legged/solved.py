@@ -30,6 +30,7 @@ class SolvedTraction:
         pushes: Pushes | None,
         period_s: float,
         give_m_n: FloatArray,
+        near: FloatArray | None = None,
     ) -> TractionSolutions:
         """Balance each frame, as ``solve_traction_frames``."""
         plain: tuple[Hashable, ...] = (law, period_s)
@@ -41,12 +42,15 @@ class SolvedTraction:
                 kept = pushes.inertia
                 plain += (kept.mass_kg, kept.about_z_kg_m2, kept.since_s)
                 arrays.append(kept.last_B)
+        if near is not None:
+            # where a search starts moves its last digits: answers must not depend on what was asked before
+            arrays.append(near)
         given = tuple(map(given_rows, arrays))
         for i, (known, numbers, answer) in enumerate(self._latest):
             if known == plain and len(numbers) == len(given) and _all_same(numbers, given):
                 self._latest.insert(0, self._latest.pop(i))
                 return answer
-        answer = solve_traction_frames(feet, law, pushes, period_s, give_m_n)
+        answer = solve_traction_frames(feet, law, pushes, period_s, give_m_n, near=near)
         self._latest.insert(0, (plain, given, answer))
         del self._latest[REMEMBERED:]
         return answer
