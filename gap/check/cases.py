@@ -39,12 +39,16 @@ class Remainder:
         excess: Energy over expectation that they leave.
         worst: The same of the worst channel.
         p: Chance of so much in a healthy machine.
+        acting: Share of the gap that they close in the channels in which they act, 0 to 1.
+        lead: Standard errors by which more is left at a joint of theirs than at any other.
     """
 
     closed: float
     excess: float
     worst: float
     p: float
+    acting: float = 1.0
+    lead: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,9 +27,11 @@ LOOSE = 0.5  # share of a constant by which a fit may move it, one standard devi
 
 def none_prior() -> ConstantPrior:
     """Return the constants of "none of these" with references as they stand."""
-    names = ("NONE", "NONE_OPEN", "NONE_ENERGY", "NONE_WORST", "NONE_MANY")
+    names = (
+        "NONE", "NONE_OPEN", "NONE_ENERGY", "NONE_WORST", "NONE_MANY", "NONE_ACTING", "NONE_THERE",
+    )  # fmt: skip
     values = np.array([float(getattr(constants, name)) for name in names])
-    return ConstantPrior(names, values, LOOSE * np.abs(values), np.array([0.0, 1.0, 1.0, 1.0, 1.0]))
+    return ConstantPrior(names, values, LOOSE * np.abs(values), np.array([0.0, *[1.0] * 6]))
 
 
 def none_rows(cases: Sequence[CheckedCase]) -> CaseRows:
@@ -43,10 +45,10 @@ def none_rows(cases: Sequence[CheckedCase]) -> CaseRows:
             or not (case.answer.referenced and gap_declared(case))
         ):
             continue
-        fit = Fit(left.closed, left.excess, left.worst, left.p, nats_after=math.nan)
+        fit = Fit(left.closed, left.excess, left.worst, left.p, math.nan, left.acting, left.lead)
         features.append(none_features(fit, len(case.answer.named)))
         outcomes.append(case.kind in {OUTSIDE, REMOVED})
-    return CaseRows(np.array(features).reshape(-1, 5), np.array(outcomes, dtype=bool))
+    return CaseRows(np.array(features).reshape(-1, 7), np.array(outcomes, dtype=bool))
 
 
 def cause_prior() -> ConstantPrior:

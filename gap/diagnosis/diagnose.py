@@ -27,11 +27,12 @@ from gap.experiments.next_run import NextRun, next_runs
 from gap.interfaces import Cause, DataFault, Drive, Proposal, Simulator
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.predictions import PredictsElsewhere
+from gap.residuals.repeated import lead_of_joints
 from gap.residuals.vibration import settled
 from gap.search.candidates import Candidate, families_of
 from gap.search.cross_validation import unseen_residual
 from gap.search.look import Selection
-from gap.search.options import nats_beyond
+from gap.search.options import closed_beyond, nats_beyond
 from gap.search.selection import closed_share, select
 from record.trial.trial import Trial
 
@@ -183,12 +184,17 @@ def _fit(comparison: GapEvidence, selection: Selection) -> Fit:
     if names := shaken_channels(selection):
         unseen = settled(evidence, unseen, names)
     unseen_score = evidence.score(unseen).sum(axis=1)
+    healthy, causes = comparison.healthy, selection.fitted.causes
     return Fit(
         closed=closed_share(evidence, unseen),
         excess_after=evidence.mean_excess(unseen),
         worst_after=float(np.nanmax(evidence.excess(unseen))),
         p_after=chance_of_energies(evidence, unseen, runs) if runs else 0.0,
-        nats_after=max(0.0, nats_beyond(evidence, unseen_score, comparison.healthy)),
+        nats_after=max(0.0, nats_beyond(evidence, unseen_score, healthy)),
+        closed_acting=closed_beyond(evidence, unseen, runs) if causes else 1.0,
+        lead_there=lead_of_joints(
+            evidence, unseen, runs, {joint for one in causes for joint in one.joints}
+        ),
     )
 
 

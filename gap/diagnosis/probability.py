@@ -13,10 +13,12 @@ from gap.constants import (
     GAIN_SHARE,
     MISFIT_SHARE,
     NONE,
+    NONE_ACTING,
     NONE_ENERGY,
     NONE_MANY,
     NONE_OPEN,
     NONE_OPEN_ALONE,
+    NONE_THERE,
     NONE_WORST,
     NONE_WORST_ALONE,
     SURELY_ODD,
@@ -62,6 +64,10 @@ class Fit:
         worst_after: The same of the worst channel.
         p_after: Chance of so much left in a healthy machine; 0 where there is none to compare with.
         nats_after: Score that is left beyond that of a healthy machine.
+        closed_acting: Share of the energy that no healthy run shows which they close where they act; 1
+            where there is none to compare with.
+        lead_there: Standard errors by which more is left at a joint of a cause than at any other, see
+            ``gap.residuals.repeated``; 0 where that is unknown.
     """
 
     closed: float
@@ -69,6 +75,8 @@ class Fit:
     worst_after: float
     p_after: float
     nats_after: float
+    closed_acting: float = 1.0
+    lead_there: float = 0.0
 
 
 def none_of_them(fit: Fit, causes: int, referenced: bool) -> float:
@@ -82,15 +90,17 @@ def none_of_them(fit: Fit, causes: int, referenced: bool) -> float:
     wide, worst = (NONE_OPEN, NONE_WORST) if referenced else (NONE_OPEN_ALONE, NONE_WORST_ALONE)
     many = NONE_MANY if referenced else 0.0
     features = none_features(fit, causes)
-    weights = (NONE, wide, NONE_ENERGY, worst, many)
+    weights = (NONE, wide, NONE_ENERGY, worst, many, NONE_ACTING, NONE_THERE)
     logit = sum(one * value for one, value in zip(weights, features, strict=True))
     return 1.0 / (1.0 + math.exp(-logit))
 
 
-def none_features(fit: Fit, causes: int) -> tuple[float, float, float, float, float]:
-    """Return what the log odds of "none of these" are linear in: offset, open gap, energy, worst, causes.
+def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
+    """Return what the log odds of "none of these" are linear in, seven numbers.
 
-    What a healthy machine leaves as well is no sign that something is missing.
+    These are 1, the open gap, energy, the worst channel, causes above two, what is open where the causes
+    act, and the lead of their joints. What a healthy machine leaves as well is no sign that something is
+    missing.
     """
     odd = min(1.0, -math.log(max(fit.p_after, 1e-9)) / -math.log(SURELY_ODD))
     return (
@@ -99,6 +109,8 @@ def none_features(fit: Fit, causes: int) -> tuple[float, float, float, float, fl
         odd * math.log(max(fit.excess_after, 1.0)),
         odd * math.log(max(fit.worst_after, 1.0)),
         max(0, causes - 2),
+        1.0 - fit.closed_acting,
+        fit.lead_there,
     )
 
 

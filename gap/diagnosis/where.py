@@ -11,9 +11,9 @@ import numpy as np
 
 from gap.diagnosis.joint_ranking import JointGap, rank_joints
 from gap.residuals.evidence import Evidence, mean_energy
+from gap.residuals.repeated import PHASE_BINS, phase_bins
 from model.values.arrays import FloatArray, IntArray
 
-PHASE_BINS = 8
 FLIPS = 399
 FEWEST_BLOCKS = 5
 SHOWN = 10
@@ -105,7 +105,7 @@ def where(local: Evidence, end_to_end: Evidence, residual: FloatArray, seed: int
         seed: Of the random signs.
     """
     excess = local.excess(residual)
-    bins = _phase_bins(local)
+    bins = np.concatenate([phase_bins(part) for part in local.parts])
     above = _above(local, excess)
     return Where(
         _stages(local, end_to_end, excess, above),
@@ -141,17 +141,6 @@ def _stages(
             )
         )
     return tuple(out)
-
-
-def _phase_bins(evidence: Evidence) -> IntArray:
-    """Phase bin of each frame, (F,); 0 throughout where there are no cycles."""
-    bins = []
-    for part in evidence.parts:
-        cycle = part.observation.cycle
-        known = np.isfinite(cycle).all()
-        phase = np.mod(cycle, 1.0) if known else np.zeros(part.frames)
-        bins.append(np.minimum((phase * PHASE_BINS).astype(int), PHASE_BINS - 1))
-    return np.concatenate(bins).astype(np.int64)
 
 
 def _cells(

@@ -9,6 +9,7 @@ from scipy import special
 from gap.constants import ACTS, FALSE_ALARMS, WORTH_NATS
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
+from gap.residuals.healthy import Healthy
 from gap.search.candidates import APART_M, Candidate, off_bounds
 from gap.search.cross_validation import CLEAR_ERRORS, Advantage, advantage, unseen_score
 from gap.search.fit import ROUNDS, Fitted, fit_causes, free_values, moved
@@ -68,6 +69,24 @@ def energy_share_of(
     before = (standing.residual**2).sum(axis=0)
     gain = before - (option.fitted.residual**2).sum(axis=0)
     return _closed(before, gain, usual, on)
+
+
+def closed_beyond(evidence: Evidence, residual: FloatArray, healthy: Sequence[Healthy]) -> float:
+    """Share of the energy that no healthy run shows which causes close, in channels in which they act.
+
+    Args:
+        evidence: What was fitted to.
+        residual: What the causes leave, whitened, (F, C).
+        healthy: References in units of what the others predict; without any the share is 1.
+    """
+    runs = np.array([one.excess for one in healthy]).reshape(-1, evidence.base.shape[1])
+    known = np.isfinite(runs).any(axis=0) & (evidence.count.sum(axis=0) > 0)
+    if not known.any():
+        return 1.0
+    before = (evidence.base**2).sum(axis=0)[known]
+    gain = before - (residual**2).sum(axis=0)[known]
+    usual = np.nanmax(runs[:, known], axis=0) * evidence.count.sum(axis=0)[known]
+    return float(np.clip(_closed(before, gain, usual, acting(gain)), 0.0, 1.0))
 
 
 def acting(gain: FloatArray) -> BoolArray:

@@ -101,7 +101,7 @@ def _near(
     about_none: Signatures,
     selection: Selection,
 ) -> list[Candidate]:
-    """Candidates that may be the next cause, or stand in the place of one: by the signatures at hand.
+    """Candidates that may be the next cause, or one instead of a cause, by the signatures at hand.
 
     These are of the simulator without the causes, and good enough to tell who cannot be among the best.
     """

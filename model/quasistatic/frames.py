@@ -126,9 +126,7 @@ def solve_frames(
             speed = speed.copy()
             speed[..., :2] += answer.pose[:, None, :2] * [1.0, -1.0] * speed[..., 2:]
         limit, foot_law = contact.mu * answer.load_n, FootLaw(law is FrictionLaw.COULOMB)
-        solve_traction_frames(
-            SlidingFeet(position, speed, limit, w), foot_law, newtons=False, out=sliding
-        )
+        solve_traction_frames(SlidingFeet(position, speed, limit, w), foot_law, out=sliding)
     else:
         for values in answer:
             values.fill(np.nan if values.dtype == np.float64 else 0)

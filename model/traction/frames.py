@@ -141,7 +141,6 @@ def solve_traction_frames(
     period_s: float = 1.0,
     give_m_n: FloatArray | None = None,
     *,
-    newtons: bool = True,
     near: FloatArray | None = None,
     out: TractionSolutions | None = None,
 ) -> TractionSolutions:
@@ -153,10 +152,10 @@ def solve_traction_frames(
         pushes: What else acts; None for nothing.
         period_s: Time between frames; feet that give remember the frame before.
         give_m_n: How far a foot gives under a horizontal force, along body x and y, (F or 1, N, 2).
-        newtons: Whether to put the viscous ansatz in newtons or to leave it as -mu N (I + w w^T) slip.
         near: Where the search of feet that creep or give starts: velocities and forces of the same frames
             under conditions that differ a little, (F, 3 + 2 N), of ``near_answers``.
-        out: Arrays at hand to write the answer into; frames whose ``reason`` is not 0 are left out.
+        out: Arrays at hand to write the answer into; frames whose ``reason`` is not 0 are left out, and
+            forces of the viscous ansatz are left as -mu N (I + w w^T) slip; None: these are in newtons.
 
     Raises:
         ModelError: Shapes do not fit, or the exact law is asked for more than stiff feet.
@@ -187,7 +186,10 @@ def solve_traction_frames(
     answer = answers_for(frames, count) if out is None else out
     prepare()
     _balance(
-        Given(*map(given_rows, read)), FootLaw(law.coulomb, *map(float, law[1:])), newtons, answer
+        Given(*map(given_rows, read)),
+        FootLaw(law.coulomb, *map(float, law[1:])),
+        out is None,
+        answer,
     )
     if out is None:
         for values in answer:

@@ -5,7 +5,8 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from gap.diagnosis.findings import Diagnosis
-from gap.diagnosis.where import PHASE_BINS, ChannelGap
+from gap.diagnosis.where import ChannelGap
+from gap.residuals.repeated import PHASE_BINS
 from gap.rounding import percent_words
 
 COLD, HOT = 1.0, 30.0  # energy over expectation: no gap; full colour

@@ -1,10 +1,12 @@
-"""What remains at the joint of a named cause: clearest there says that the cause is not all."""
+"""What remains at the joint of a named cause: most there says that the cause is not all."""
 
 from dataclasses import replace
 
 from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.study import make_study
 from gap.diagnosis.where import PhaseCell, Where, clearest_there
 from gap.interfaces import Cause
+from gap.residuals.repeated import lead_of_joints
 from tests.gap.toy import Toy, toy_case, toy_references
 
 CELL = PhaseCell("angle", "a", "motion", 0.5, 1.0, 0.0, 0.01)
@@ -30,3 +32,26 @@ def test_more_than_anywhere_else_at_its_own_joint_is_said() -> None:
     assert not said(9.0, 2.0)
     assert not said(20.0, -18.0)
     assert not list(clearest_there((), replace(d.remaining, cells=(CELL,))))
+
+
+def test_a_cause_that_resembles_another_leaves_most_at_its_own_joint() -> None:
+    """A bump is no effect of the catalogue: that of another size at every angle comes nearest."""
+    whole = diagnose(toy_case([Cause("stiffness", ("b",), (0.7,))], 3), Toy(), toy_references(5))
+    bump = toy_case([Cause("bump", ("b",), (0.8, 0.1))], 3)
+    nearest = diagnose(bump, Toy(), toy_references(5))
+    assert {one.joints for one in nearest.causes} == {("b",)}
+    assert whole.fit.lead_there < 1.0
+    assert whole.fit.closed_acting > 0.95
+    assert nearest.fit.lead_there > 2.0
+    assert nearest.fit.closed_acting < 0.9
+    assert whole.none < 0.1 < nearest.none
+
+
+def test_a_lead_needs_references_and_other_joints() -> None:
+    study = make_study(toy_case([Cause("bump", ("c",), (0.8, 0.1))], 3), Toy(), toy_references(4))
+    found, runs = study.evidence(study.local), study.healthy_runs(study.local)
+    assert lead_of_joints(found, found.base, runs, {"c"}) > 2.0
+    assert lead_of_joints(found, found.base, runs, {"a"}) == 0.0
+    assert lead_of_joints(found, found.base, runs[:2], {"c"}) == 0.0
+    assert lead_of_joints(found, found.base, runs, set()) == 0.0
+    assert lead_of_joints(found, found.base, runs, {"a", "b", "c"}) == 0.0
