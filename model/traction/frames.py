@@ -152,8 +152,8 @@ def solve_traction_frames(
         pushes: What else acts; None for nothing.
         period_s: Time between frames; feet that give remember the frame before.
         give_m_n: How far a foot gives under a horizontal force, along body x and y, (F or 1, N, 2).
-        near: Where the search of feet that creep or give starts: velocities and forces of the same frames
-            under conditions that differ a little, (F, 3 + 2 N), of ``near_answers``.
+        near: Where the search of feet that creep or give under Coulomb's law starts: velocities and forces
+            of the same frames in conditions that differ a little, (F, 3 + 2 N), of ``near_answers``.
         out: Arrays at hand to write the answer into; frames whose ``reason`` is not 0 are left out, and
             forces of the viscous ansatz are left as -mu N (I + w w^T) slip; None: these are in newtons.
 
@@ -242,7 +242,7 @@ def _balance(given: Given, law: FootLaw, newtons: bool, out: TractionSolutions) 
     heavy = kept[0] > 0.0 or kept[1] > 0.0
     plain = not law.coulomb and law.static_ratio == 1.0 and give.shape[0] == 0
     # where friction falls with speed several velocities may balance: it stays near the frame before
-    near_known = near.shape[0] > 0 and law.static_ratio == 1.0
+    near_known = near.shape[0] > 0 and law.coulomb and law.static_ratio == 1.0
     warm, last = False, speed.shape[2] - 1
     for f in range(frames):
         check = 0.0

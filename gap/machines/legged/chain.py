@@ -106,10 +106,11 @@ class LeggedChain:
     def _near(self, inputs: LeggedInputs, settings: Settings, drive: Drive) -> Sliding | None:
         """Return the answer from which searches of this trial start: with laws, without other causes.
 
-        None of it depends on what was asked before, and so none of what is found from it.
+        None of it depends on what was asked before, and so none of what is found from it. The viscous
+        ansatz settles as fast from the frames before.
         """
         laws = _laws_of(settings)
-        if settings == laws:
+        if settings == laws or not settings.has("coulomb_friction"):
             return None
         known = self._perfect(inputs, _of_sensors(laws)) if drive is Drive.MEASURED else inputs
         return self.walk(known, laws, drive).sliding
@@ -274,8 +275,10 @@ def _of_sensors(settings: Settings) -> Settings:
 
 
 def _laws_of(settings: Settings) -> Settings:
-    """Return the laws of settings, all that has numbers neutral."""
-    acting = tuple(one for one in settings.acting if not EFFECTS[one[0]].parameters)
+    """Return the laws of settings and how feet give: what decides how feet answer slip."""
+    acting = tuple(
+        one for one in settings.acting if one[0] == "leg_flex" or not EFFECTS[one[0]].parameters
+    )
     return replace(settings, acting=acting, added=())
 
 
