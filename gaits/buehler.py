@@ -13,12 +13,13 @@ from functools import lru_cache
 import numpy as np
 
 from gaits.gait import TURN, DelayedLegs, ShaftMotion
-from model.compiled import NUMBER, compile_for, compiled, given, out
+from model.compiled import NUMBER, compile_for, compiled, given, in_place, out
 from model.errors import ConfigError
 from model.values.arrays import FloatArray
 from model.values.parameters import BuehlerParameters, LegParameters
 
 
+@in_place
 @compiled
 def buehler_motion(
     leg_phase: FloatArray,

@@ -7,7 +7,7 @@ import numpy as np
 
 from drivers.ati.calibration import Calibration
 from drivers.ati.settings import ForceSensorSettings
-from model.compiled import COUNT, FLAG, compile_for, compiled, given, out
+from model.compiled import COUNT, FLAG, compile_for, compiled, given, in_place, out
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.legs import FootForces
 from model.values.readings import ForceRecord
@@ -75,6 +75,7 @@ def no_forces(count: int) -> FootForces:
     return FootForces(-1, readonly(nothing), readonly(np.zeros(count, dtype=bool)))
 
 
+@in_place
 @compiled
 def calibrated_forces(
     counts: IntArray,

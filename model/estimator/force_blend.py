@@ -7,7 +7,7 @@ the horizontal axes are the least squares of the last seconds, all of it the ope
 
 import numpy as np
 
-from model.compiled import compiled
+from model.compiled import compiled, in_place
 from model.quasistatic.frame import frame_kernel
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import ForceMemory
@@ -65,6 +65,7 @@ def forces_kernel(
     return known
 
 
+@in_place
 @compiled
 def blend_kernel(
     apart: FloatArray, agree: FloatArray, measured: FloatArray, fresh: bool, filtered: FloatArray,

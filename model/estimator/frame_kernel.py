@@ -7,12 +7,14 @@ Rows of the answers: 0 the frame itself, then N by log mu of one foot, N by log 
 x (legs swing fore and aft: that is where a shaft's noise goes).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from model.compiled import compile_for, compiled, given, out
+from model.compiled import compile_for, compiled, given, in_place, out
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.support.kernel import ROWS, support_kernel
-from model.traction.coulomb_frame import balance_frame, balance_space
+from model.traction.coulomb_frame import BalanceSpace, balance_frame, balance_space
 from model.traction.coulomb_kernel import FootLaw
 from model.traction.kernel import (
     CREEP_SPEED_M_S,
@@ -31,6 +33,7 @@ SPEED_STEP_M_S = 1e-4  # of a foot's speed
 CLEAR_M = 1e-3  # beyond how far a foot moves in a moment: what the body's own tilt may add
 
 
+@in_place
 @compiled
 def _lay(given: FloatArray, out: FloatArray) -> None:
     """Copy rows: what ``out[:] = given`` does, for a tenth of the compiler's time."""
@@ -38,6 +41,7 @@ def _lay(given: FloatArray, out: FloatArray) -> None:
         _lay_row(given[k], out[k])
 
 
+@in_place
 @compiled
 def _lay_row(given: FloatArray, out: FloatArray) -> None:
     """Copy one row."""
@@ -45,6 +49,7 @@ def _lay_row(given: FloatArray, out: FloatArray) -> None:
         out[i] = given[i]
 
 
+@in_place
 @compiled
 def lay_parameters(
     mean: FloatArray, stiffness: FloatArray, mu: FloatArray, spring: FloatArray, grip: FloatArray
@@ -56,6 +61,29 @@ def lay_parameters(
         spring[k] = stiffness[k] * np.exp(mean[FIXED + count + k])
 
 
+class SwaySpace(NamedTuple):
+    """Work space of ``tilt_sway`` for N feet.
+
+    Attributes:
+        moved: (N, 3).
+        tilt: (3,).
+        loads: (N,).
+        work: (ROWS, N).
+    """
+
+    moved: FloatArray
+    tilt: FloatArray
+    loads: FloatArray
+    work: FloatArray
+
+
+@compiled
+def sway_space(count: int) -> SwaySpace:
+    """Work space for N feet."""
+    return SwaySpace(np.empty((count, 3)), np.empty(3), np.empty(count), np.empty((ROWS, count)))
+
+
+@in_place
 @compiled
 def tilt_sway(
     feet: FloatArray,
@@ -65,16 +93,14 @@ def tilt_sway(
     load: float,
     step_s: float,
     height: float,
-    moved: FloatArray,
-    work: FloatArray,
+    space: SwaySpace,
 ) -> tuple[float, float]:
     """Horizontal velocity of the body origin as it tilts over the ground below it.
 
     Slopes a moment before and after, from the feet's own velocities: exact, and without the delay of a
     filter. Where either has no support there is no sway to speak of.
     """
-    tilt = np.empty(3)
-    loads = np.empty(feet.shape[0])
+    moved, tilt, loads, work = space
     turn_x, turn_y = 0.0, 0.0
     for before in range(2):
         sign = 1.0 - 2.0 * before
@@ -89,6 +115,7 @@ def tilt_sway(
     return share * turn_x, -share * turn_y
 
 
+@in_place
 @compiled
 def _aloft(
     feet: FloatArray, feet_velocity: FloatArray, pose: FloatArray, k: int, step_s: float
@@ -99,6 +126,7 @@ def _aloft(
     return high
 
 
+@in_place
 @compiled
 def _slip_share(loads: FloatArray, slip: FloatArray, rested: BoolArray, rest_speed: float) -> float:
     """How far Coulomb's law may be asked for forces: 0 where feet rest, 1 where they slide.
@@ -119,6 +147,7 @@ def _slip_share(loads: FloatArray, slip: FloatArray, rested: BoolArray, rest_spe
     return share
 
 
+@in_place
 @compiled
 def _blend(
     work: FloatArray,
@@ -162,24 +191,82 @@ def neighbourhood_kernel(
     Returns:
         0, or why the frame has no answer (``model.quasistatic.frames.Reason``).
     """
+    # all that is handed on may be written: machine code of its own for what may not costs seconds
+    return _solve_around(
+        mean, feet, feet_velocity, stiffness, mu, anisotropy, settings, rows, slip, sway,
+        feet.copy(), feet_velocity.copy(), _frame_space(feet.shape[0]),
+    )  # fmt: skip
+
+
+class FrameSpace(NamedTuple):
+    """Work space of ``neighbourhood_kernel`` for N feet.
+
+    Attributes:
+        springs: Stiffness in the frame, as it is stepped, (2, N).
+        grips: Friction, the same way, (2, N).
+        ground: Heights, all 0, (N,).
+        sway: Of ``tilt_sway``.
+        work: Rows of the frame now, and of the frame that is not stepped, (2, ROWS, N).
+        tilt: Slopes and height, (3,).
+        loads: As they are now, and of the frame that is not stepped, (2, N).
+        twist: (3,).
+        slips: Slip and force of the feet, (2, N, 2).
+        ansatz: Of ``_blend``.
+        rest: Feet at rest, now and in the frame that is not stepped, (2, N).
+        nothing: (0,).
+        balance: Of ``balance_frame``.
+    """
+
+    springs: FloatArray
+    grips: FloatArray
+    ground: FloatArray
+    sway: SwaySpace
+    work: FloatArray
+    tilt: FloatArray
+    loads: FloatArray
+    twist: FloatArray
+    slips: FloatArray
+    ansatz: tuple[FloatArray, FloatArray, FloatArray]
+    rest: BoolArray
+    nothing: FloatArray
+    balance: BalanceSpace
+
+
+@compiled
+def _frame_space(count: int) -> FrameSpace:
+    """Work space for N feet."""
+    return FrameSpace(
+        np.empty((2, count)), np.empty((2, count)), np.zeros(count), sway_space(count),
+        np.empty((2, ROWS, count)), np.empty(3), np.empty((2, count)), np.empty(3),
+        np.zeros((2, count, 2)), (np.empty(3), np.empty((count, 2)), np.empty((count, 2))),
+        np.zeros((2, count), dtype=np.bool_), np.empty(0), balance_space(count),
+    )  # fmt: skip
+
+
+@in_place
+@compiled
+def _solve_around(
+    mean: FloatArray, feet: FloatArray, feet_velocity: FloatArray, stiffness: FloatArray,
+    mu: FloatArray, anisotropy: FloatArray, settings: Record, rows: FloatArray, slip: FloatArray,
+    sway: FloatArray, place: FloatArray, speed: FloatArray, space: FrameSpace,
+) -> int:  # fmt: skip
+    """``neighbourhood_kernel`` in a work space; ``place`` and ``speed`` are copies of the feet."""
     load, coulomb = settings[0]["weight_n"], settings[0]["coulomb"]
     sway_step, rest_speed = settings[0]["sway_step_s"], settings[0]["rest_speed"]
     count = feet.shape[0]
-    # All that is handed on may be written: machine code of its own for what may not costs seconds.
-    place, speed = feet.copy(), feet_velocity.copy()
-    spring, friction = np.empty(count), np.empty(count)
+    spring, springs, friction, grip = (
+        space.springs[0], space.springs[1], space.grips[0], space.grips[1],
+    )  # fmt: skip
+    ground, work, own = space.ground, space.work[0], space.work[1]
+    tilt, twist, carried, loads = space.tilt, space.twist, space.loads[0], space.loads[1]
+    side, pull, ansatz = space.slips[0], space.slips[1], space.ansatz
+    rest, rested, nothing, balance = space.rest[0], space.rest[1], space.nothing, space.balance
     lay_parameters(mean, stiffness, mu, spring, friction)
-    springs, grip = spring.copy(), friction.copy()
-    ground, moved = np.zeros(count), np.empty((count, 3))
-    work, spare, own = np.empty((ROWS, count)), np.empty((ROWS, count)), np.empty((ROWS, count))
+    _lay_row(spring, springs)
+    _lay_row(friction, grip)
     lay_anisotropy(anisotropy, work)
+    exact = FootLaw(coulomb, 0.0, 1.0, 1.0, 1.0)
     stepped = np.exp(LOG_STEP)
-    tilt, carried, loads, twist = np.empty(3), np.empty(count), np.empty(count), np.empty(3)
-    side, pull = np.zeros((count, 2)), np.zeros((count, 2))
-    ansatz = np.empty(3), np.empty((count, 2)), np.empty((count, 2))
-    rest, rested = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
-    exact, nothing = FootLaw(coulomb, 0.0, 1.0, 1.0, 1.0), np.empty(0)
-    space = balance_space(count)
     share, scale, dx, dy = 1.0, 1.0, 0.0, 0.0
     # the frame, then K, mu and foot speeds stepped: one loop, so that there is one copy of the solvers
     for number in range(1 + 3 * count):
@@ -211,7 +298,7 @@ def neighbourhood_kernel(
             reason = support_kernel(place, ground, springs, load, tilt, carried, work)
             if reason >= 0 and sway_step > 0.0:
                 dx, dy = tilt_sway(
-                    place, speed, ground, springs, load, sway_step, tilt[2], moved, spare
+                    place, speed, ground, springs, load, sway_step, tilt[2], space.sway
                 )
             springs[k] = spring[k]
             if reason < 0:
@@ -231,7 +318,7 @@ def neighbourhood_kernel(
             creep = warm and share > 0.0
             reason, _ = balance_frame(
                 work, carried, grip, exact, nothing, side[:0], warm, twist, side, pull, rest, creep,
-                space,
+                balance,
             )  # fmt: skip
         else:
             reason = traction_kernel(work, carried, grip, twist, side, pull)

@@ -6,7 +6,7 @@ standard deviation: then S is a matrix of correlations, which has an inverse wha
 
 import numpy as np
 
-from model.compiled import COUNT, compile_for, compiled, given, out
+from model.compiled import COUNT, compile_for, compiled, given, in_place, out
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.estimator.sources import FORCE, LOAD, NO_SOURCE, learn_kernel, place_kernel
 from model.values.arrays import FloatArray, IntArray
@@ -192,6 +192,7 @@ def gate_kernel(
     return rejects, number, fit, volume
 
 
+@in_place
 @compiled
 def _distance(
     innovation: FloatArray, spread: FloatArray, variance: FloatArray, first: int, end: int,
@@ -219,6 +220,7 @@ def _distance(
     return distance
 
 
+@in_place
 @compiled
 def _fit(
     innovation: FloatArray, spread: FloatArray, variance: FloatArray, chosen: IntArray, count: int,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import compile_for, compiled, given
+from model.compiled import compile_for, compiled, given, in_place
 from model.estimator.settings import EstimatorSettings
 from model.estimator.shaft_zeros import NO_LEG
 from model.estimator.sources import FORCE, GYRO, LOAD, TILT
@@ -61,6 +61,7 @@ class HealthVerdict(NamedTuple):
     remark: str
 
 
+@in_place
 @compiled
 def balance_kernel(
     share: FloatArray, total: float, yaw: float, before: FloatArray, least: float, after: FloatArray
@@ -171,6 +172,7 @@ def remarks(state: EstimatorState, names: Sequence[str]) -> str:
     )
 
 
+@in_place
 @compiled
 def notable_kernel(mean: FloatArray, balance: FloatArray, bias: FloatArray) -> bool:
     """Whether parameters, (n,), all forces, (4,), or mean innovations may ask for a remark."""

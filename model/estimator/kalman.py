@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import COUNT, NUMBER, compile_for, compiled, given, out
+from model.compiled import COUNT, NUMBER, compile_for, compiled, given, in_place, out
 from model.estimator import sources as source
 from model.estimator.filterpy_filter import kalman_filter_class
 from model.estimator.gate_kernel import weigh_kernel
@@ -184,6 +184,7 @@ def symmetric(covariance: FloatArray) -> FloatArray:
     return half
 
 
+@in_place
 @compiled
 def symmetric_kernel(covariance: FloatArray, half: FloatArray) -> None:
     """Fill the mean of a matrix and its transpose, (n, n)."""
@@ -192,6 +193,7 @@ def symmetric_kernel(covariance: FloatArray, half: FloatArray) -> None:
             half[i, j] = half[j, i] = (covariance[i, j] + covariance[j, i]) * 0.5
 
 
+@in_place
 @compiled
 def settle_kernel(
     mean: FloatArray, error: FloatArray, spread: FloatArray, first: int, limit: float,
@@ -216,6 +218,7 @@ def settle_kernel(
     symmetric_kernel(spread, settled)
 
 
+@in_place
 @compiled
 def sound_kernel(covariance: FloatArray, factor: FloatArray) -> bool:
     """Whether a covariance is positive definite beyond doubt: no pivot is anywhere near rounding.

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import compile_for, compiled, given, out
+from model.compiled import compile_for, compiled, given, in_place, out
 from model.estimator.frame_kernel import neighbourhood_kernel
 from model.estimator.settings import Record
 from model.values.arrays import FloatArray, readonly
@@ -90,6 +90,7 @@ def with_effects(model: Neighbourhood | None, added: AddedByEffects | None) -> N
     return model
 
 
+@in_place
 @compiled
 def add_effects(rows: FloatArray, velocity: FloatArray, load_n: FloatArray) -> None:
     """Add to rows of ``Neighbourhood``, in place, what effects add: (3,) and (N,)."""

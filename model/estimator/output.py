@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from model.compiled import compiled
+from model.compiled import compiled, in_place
 from model.estimator.frame_kernel import lay_parameters
 from model.estimator.settings import Record
 from model.values.arrays import BoolArray, FloatArray
@@ -48,6 +48,7 @@ def _spread(rows: FloatArray, covariance: FloatArray, settings: Record, spread: 
             spread[k, 2, 2] += (setting["load_sd"] * setting["weight_n"]) ** 2
 
 
+@in_place
 @compiled
 def readout_kernel(
     mean: FloatArray, covariance: FloatArray, mu: FloatArray, stiffness: FloatArray,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import COUNT, NUMBER, compile_for, compiled, given, out
+from model.compiled import COUNT, NUMBER, compile_for, compiled, given, in_place, out
 from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.motion.se2 import sinc
@@ -121,6 +121,7 @@ def _carried_variance(settings: EstimatorSettings) -> FloatArray:
     return np.square([settings.carried_speed_sd] * 2 + [settings.carried_turn_sd])
 
 
+@in_place
 @compiled
 def walk_kernel(
     mean: FloatArray, covariance: FloatArray, rows: FloatArray, slip: FloatArray, settings: Record,

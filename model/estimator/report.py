@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
+from model.compiled import FLAG, NUMBER, compile_for, compiled, given, in_place, out
 from model.estimator.force_blend import forces_kernel
 from model.estimator.health import HealthVerdict, balance_kernel
 from model.estimator.kalman import Updated
@@ -189,6 +189,7 @@ def report(
     return Report(predicted, forces, known, by_foot, body, tilt, spread, slipping)
 
 
+@in_place
 @compiled
 def report_kernel(
     mean: FloatArray, covariance: FloatArray, mu: FloatArray, stiffness: FloatArray,

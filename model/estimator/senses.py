@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
+from model.compiled import FLAG, NUMBER, compile_for, compiled, given, in_place, out
 from model.estimator.neighbourhood import Neighbourhood, no_answer
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.values.arrays import BoolArray, FloatArray, readonly
@@ -87,6 +87,7 @@ def hear(
     return _nothing(len(state.contact)), state.airborne and believed
 
 
+@in_place
 @compiled
 def share_kernel(
     force_n: FloatArray, valid: BoolArray, weight_n: float, before: FloatArray, limit: float,
@@ -182,6 +183,7 @@ def expect(
     return Expected(loaded if by_model or heard.fresh else before, share)
 
 
+@in_place
 @compiled
 def expect_kernel(
     heard: FloatArray, standing_in: FloatArray, rows: FloatArray, before: BoolArray,
@@ -237,6 +239,7 @@ def see(now: FootMotion, before: FootMotion, idle_speed: float) -> TickFeet:
     )
 
 
+@in_place
 @compiled
 def feet_kernel(position: FloatArray, velocity: FloatArray, idle_speed: float) -> tuple[bool, bool]:
     """Whether all places and speeds, (N, 3), are numbers, and whether all speeds are below a limit."""

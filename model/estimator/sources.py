@@ -8,7 +8,7 @@ n (1 - r) / (1 + r) that do not, so that their noise counts (1 + r) / (1 - r) ti
 
 import numpy as np
 
-from model.compiled import compiled
+from model.compiled import compiled, in_place
 from model.estimator.settings import Record
 from model.values.arrays import FloatArray, IntArray, readonly
 from model.values.estimate import NEVER, SOURCES, SourceMemory
@@ -47,6 +47,7 @@ def places_needed(legs: int) -> int:
     return 3 * legs + AXES + 1 + 2
 
 
+@in_place
 @compiled
 def place_kernel(blocks: IntArray, legs: int, source: IntArray, place: IntArray) -> None:
     """Say where each of the m numbers of a stack belongs.
@@ -90,6 +91,7 @@ def closed(memory: SourceMemory) -> SourceMemory:
     return memory
 
 
+@in_place
 @compiled
 def learn_kernel(
     source: IntArray, place: IntArray, innovation: FloatArray, expected: FloatArray,

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, given, out
+from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, given, in_place, out
 from model.estimator.frame_kernel import neighbourhood_kernel
 from model.estimator.neighbourhood import Neighbourhood, add_effects
 from model.estimator.process import ProcessStep, walk_kernel
@@ -99,6 +99,7 @@ def stride(
     )
 
 
+@in_place
 @compiled
 def stride_kernel(
     mean: FloatArray, covariance: FloatArray, feet: FloatArray, feet_velocity: FloatArray,

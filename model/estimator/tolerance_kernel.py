@@ -6,13 +6,15 @@ of the file, each with one foot, the centre of mass or the slope of the ground o
 up or down. How far their answers lie apart is what tolerances do.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
-from model.estimator.frame_kernel import CLEAR_M, lay_parameters, tilt_sway
+from model.compiled import FLAG, NUMBER, compile_for, compiled, given, in_place, out
+from model.estimator.frame_kernel import CLEAR_M, SwaySpace, lay_parameters, sway_space, tilt_sway
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.support.kernel import ROWS, support_kernel
-from model.traction.coulomb_frame import balance_frame, balance_space
+from model.traction.coulomb_frame import BalanceSpace, balance_frame, balance_space
 from model.traction.coulomb_kernel import FootLaw
 from model.traction.kernel import FINE, foot_speeds, lay_anisotropy
 from model.values.arrays import BoolArray, FloatArray
@@ -55,24 +57,73 @@ def tolerance_kernel(
         share: Out: its loads minus those of the file's robot over the weight, (M, N).
         covariance: Out: of the poses, (3, 3).
     """
+    _solve_beside(
+        mean, feet, feet_velocity, stiffness, mu, anisotropy, settings, answer, slip, sway, design,
+        dt_s, twist, resting, moved, apart, share, covariance, feet.copy(), feet_velocity.copy(),
+        _robot_space(feet.shape[0]),
+    )  # fmt: skip
+
+
+class RobotSpace(NamedTuple):
+    """Work space of ``tolerance_kernel`` for N feet.
+
+    Attributes:
+        feet: Ground below each foot, its stiffness, friction and load, (4, N).
+        work: (ROWS, N).
+        sway: Of ``tilt_sway``.
+        tilt: Slopes and height, and the velocity, (2, 3).
+        slips: Slip and force of the feet, (2, N, 2).
+        rest: Feet at rest, (N,).
+        outside: Push on the body, (5,).
+        nothing: (0, 2).
+        balance: Of ``balance_frame``.
+    """
+
+    feet: FloatArray
+    work: FloatArray
+    sway: SwaySpace
+    tilt: FloatArray
+    slips: FloatArray
+    rest: BoolArray
+    outside: FloatArray
+    nothing: FloatArray
+    balance: BalanceSpace
+
+
+@compiled
+def _robot_space(count: int) -> RobotSpace:
+    """Work space for N feet."""
+    return RobotSpace(
+        np.empty((4, count)), np.empty((ROWS, count)), sway_space(count), np.empty((2, 3)),
+        np.zeros((2, count, 2)), np.zeros(count, dtype=np.bool_), np.zeros(5), np.empty((0, 2)),
+        balance_space(count),
+    )  # fmt: skip
+
+
+@in_place
+@compiled
+def _solve_beside(
+    mean: FloatArray, feet: FloatArray, feet_velocity: FloatArray, stiffness: FloatArray,
+    mu: FloatArray, anisotropy: FloatArray, settings: Record, answer: FloatArray,
+    slip: FloatArray, sway: FloatArray, design: FloatArray, dt_s: float, twist: FloatArray,
+    resting: BoolArray, moved: FloatArray, apart: FloatArray, share: FloatArray,
+    covariance: FloatArray, place: FloatArray, speed: FloatArray, space: RobotSpace,
+) -> None:  # fmt: skip
+    """``tolerance_kernel`` in a work space; ``place`` and ``speed`` are copies of the feet."""
     setting = settings[0]
     load, height = setting["weight_n"], answer[5]
     count, robots = feet.shape[0], design.shape[0]
-    work, spare, tilted = np.empty((ROWS, count)), np.empty((ROWS, count)), np.empty((count, 3))
-    sway_step = setting["sway_step_s"]
+    sway_step, work = setting["sway_step_s"], space.work
     lay_anisotropy(anisotropy, work)
-    place, speed, ground = feet.copy(), feet_velocity.copy(), np.empty(count)
-    spring, grip = np.empty(count), np.empty(count)
+    ground, spring, grip, carried = space.feet[0], space.feet[1], space.feet[2], space.feet[3]
     lay_parameters(mean, stiffness, mu, spring, grip)
-    tilt, carried, own = np.empty(3), np.empty(count), np.empty(3)
-    side, pull, rest = np.zeros((count, 2)), np.zeros((count, 2)), np.zeros(count, dtype=np.bool_)
-    outside, nothing = np.zeros(5), side[:0]
+    tilt, own, side, pull = space.tilt[0], space.tilt[1], space.slips[0], space.slips[1]
+    rest, outside, nothing, balance = space.rest, space.outside, space.nothing, space.balance
     law = FootLaw(setting["coulomb"], 0.0, 1.0, 1.0, 1.0)
     # the exact law knows no push: on a slope feet that hold creep, too slowly to matter
     pushed = FootLaw(setting["coulomb"], CREEP_M_S, 1.0, 1.0, 1.0)
     up, aside = setting["height_sd"] * height, setting["com_sd"] * height
     c, s = np.cos(mean[2]), np.sin(mean[2])
-    space = balance_space(count)
     alike = -1  # the first robot that differs only in feet which touch nothing
     for robot in range(robots):
         if _touches_alike(feet, feet_velocity, answer, design[robot], up, sway_step):
@@ -102,7 +153,7 @@ def tolerance_kernel(
         sway_x, sway_y = 0.0, 0.0
         if sway_step > 0.0:
             sway_x, sway_y = tilt_sway(
-                place, speed, ground, spring, load, sway_step, tilt[2], tilted, spare
+                place, speed, ground, spring, load, sway_step, tilt[2], space.sway
             )
         outside[0], outside[1] = load * down_x, load * down_y
         # what rests in the file's robot nearly always rests here too; on a slope all feet creep
@@ -115,7 +166,7 @@ def tolerance_kernel(
             rest[k] = rest[k] and slip[k, 0] == 0.0 and slip[k, 1] == 0.0
         reason, _ = balance_frame(
             work, carried, grip, pushed if steep else law, outside, nothing, True, own, side, pull,
-            rest, False, space,
+            rest, False, balance,
         )  # fmt: skip
         if reason != FINE:
             twist[robot, 0] = np.nan
@@ -144,6 +195,7 @@ def tolerance_kernel(
             covariance[i, j] = total
 
 
+@in_place
 @compiled
 def _touches_alike(
     feet: FloatArray, feet_velocity: FloatArray, answer: FloatArray, errors: FloatArray, up: float,

@@ -10,7 +10,7 @@ from math import isfinite
 
 import numpy as np
 
-from model.compiled import NUMBER, compile_for, compiled, given, out
+from model.compiled import NUMBER, compile_for, compiled, given, in_place, out
 from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.senses import Heard
 from model.estimator.settings import EstimatorSettings, Record, record_of
@@ -93,6 +93,7 @@ def variance(
     return added
 
 
+@in_place
 @compiled
 def change_kernel(
     position: FloatArray, share: FloatArray, force: FloatArray, change: FloatArray, part: float,
@@ -127,6 +128,7 @@ def change_kernel(
             change_now[i] += part * (min(half, MOST * max(change[i], least)) - change[i])
 
 
+@in_place
 @compiled
 def variance_kernel(
     position: FloatArray, force: FloatArray, change: FloatArray, turn: float, turn_change: float,

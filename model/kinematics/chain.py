@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import compile_for, compiled, given, out
+from model.compiled import compile_for, compiled, given, in_place, out
 from model.errors import ModelError
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from model.values.legs import FootMotion
@@ -149,6 +149,7 @@ def _arrays(chain: ChainParameters) -> ChainArrays:
     )
 
 
+@in_place
 @compiled
 def _carried(turn: FloatArray, point: FloatArray, i: int) -> float:
     """Coordinate ``i`` of a drawn point as a transform, (3, 4), has it now."""
@@ -207,6 +208,7 @@ def _pose(angle: FloatArray, chain: ChainArrays, turns: FloatArray, lines: Float
                 turns[j, i, 3] += above[i, 3]
 
 
+@in_place
 @compiled
 def _slope(line: FloatArray, slides: bool, foot: FloatArray) -> tuple[float, float, float]:
     """Motion of a foot with a joint in its drawn sense."""

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model.compiled import compile_for, compiled, given, out
+from model.compiled import compile_for, compiled, given, in_place, out
 from model.errors import ConfigError
 from model.kinematics.one_shaft import OneShaftKinematics
 from model.values.arrays import FloatArray
@@ -119,6 +119,7 @@ def _numbers(crank: CrankParameters) -> FloatArray:
     return np.array([crank.length, crank.radius])
 
 
+@in_place
 @compiled
 def _foot(angle: float, numbers: FloatArray) -> tuple[float, float, float]:
     """Foot x and z [m], and how far the half circle has rolled [rad]."""
@@ -135,6 +136,7 @@ def _foot(angle: float, numbers: FloatArray) -> tuple[float, float, float]:
     return -reach * s, -reach * c, rolled
 
 
+@in_place
 @compiled
 def crank_kernel(angle: FloatArray, numbers: FloatArray, rows: FloatArray) -> None:
     """Feet at many angles.
@@ -148,6 +150,7 @@ def crank_kernel(angle: FloatArray, numbers: FloatArray, rows: FloatArray) -> No
         rows[m, 0], rows[m, 1], rows[m, 2] = _foot(angle[m], numbers)
 
 
+@in_place
 @compiled
 def feet_kernel(
     angle: FloatArray, rate: FloatArray, numbers: FloatArray, shaft: FloatArray,

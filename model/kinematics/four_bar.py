@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model.compiled import compile_for, compiled, given, out
+from model.compiled import compile_for, compiled, given, in_place, out
 from model.errors import ConfigError
 from model.kinematics.one_shaft import OneShaftKinematics
 from model.values.arrays import FloatArray
@@ -115,6 +115,7 @@ class FourBarKinematics(OneShaftKinematics):
         super().__init__(feet_kernel, prepare, _numbers(linkage), shaft_position)
 
 
+@in_place
 @compiled
 def _pose(
     angle: float, numbers: FloatArray
@@ -144,6 +145,7 @@ def _pose(
     return ax, az, bx, bz, fx, fz, crank * s + turn * (fz - az), -crank * c - turn * (fx - ax)
 
 
+@in_place
 @compiled
 def poses_kernel(angle: FloatArray, numbers: FloatArray, out: FloatArray) -> None:
     """Poses at many angles.
@@ -161,6 +163,7 @@ def poses_kernel(angle: FloatArray, numbers: FloatArray, out: FloatArray) -> Non
         ) = _pose(angle[m], numbers)  # fmt: skip
 
 
+@in_place
 @compiled
 def feet_kernel(
     angle: FloatArray, rate: FloatArray, numbers: FloatArray, shaft: FloatArray,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from model.compiled import COUNT, compile_for, compiled, given, out
+from model.compiled import COUNT, compile_for, compiled, given, in_place, out
 from model.values.arrays import FloatArray, IntArray
 
 
@@ -60,6 +60,7 @@ def centred_rate(t_ns: IntArray, values: FloatArray, half_ns: int) -> FloatArray
     return rate
 
 
+@in_place
 @compiled
 def _centred_slopes(t_ns: IntArray, values: FloatArray, half_ns: int, rate: FloatArray) -> None:
     """Fill in the rates, (T, N)."""
@@ -72,6 +73,7 @@ def _centred_slopes(t_ns: IntArray, values: FloatArray, half_ns: int, rate: Floa
         _slopes(t_ns[first:behind], values[first:behind], rate[i])
 
 
+@in_place
 @compiled
 def _latest_slopes(t_ns: IntArray, angle_rad: FloatArray, window: int, rates: FloatArray) -> None:
     """Fill in the rates, (T - window + 1, N)."""

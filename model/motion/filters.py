@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from model.compiled import compiled
+from model.compiled import compiled, in_place
 from model.values.arrays import FloatArray, given_rows
 
 
@@ -26,6 +26,7 @@ def lagged(
     return out.reshape(values.shape)
 
 
+@in_place
 @compiled
 def recursion(
     values: FloatArray, start: FloatArray, keep: float, newest: float, before: float
@@ -82,6 +83,7 @@ def at_times(time_s: FloatArray, values: FloatArray, at_s: FloatArray) -> FloatA
     return out
 
 
+@in_place
 @compiled
 def _between(time_s: FloatArray, values: FloatArray, at_s: FloatArray, out: FloatArray) -> None:
     """Fill ``out``, (T, C), with (F, C) values at times that may come in any order."""

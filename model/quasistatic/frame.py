@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, given, out
+from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, given, in_place, out
 from model.errors import ModelError
 from model.support.kernel import ROWS, support_kernel
 from model.traction.kernel import (
@@ -233,6 +233,7 @@ def frame_kernel(
     return status, 0
 
 
+@in_place
 @compiled
 def frames_kernel(
     feet: FloatArray, feet_velocity: FloatArray, stiffness: FloatArray, mu: FloatArray,

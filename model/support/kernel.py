@@ -9,7 +9,7 @@ load, so that tolerances are pure numbers. Tests compare it with ``tests/model/o
 
 import numpy as np
 
-from model.compiled import compiled, compiled_sums
+from model.compiled import compiled, compiled_sums, in_place
 from model.values.arrays import FloatArray
 
 BALANCE = 1e-12  # imbalance accepted, share of the load
@@ -30,6 +30,7 @@ TIPS = -3
 NO_CONVERGENCE = -4
 
 
+@in_place
 @compiled_sums
 def _lay_out(
     feet: FloatArray, ground: FloatArray, stiffness: FloatArray, load: float, work: FloatArray
@@ -57,6 +58,7 @@ def _lay_out(
     return lever
 
 
+@in_place
 @compiled_sums
 def _level_height(work: FloatArray) -> float:
     """Height at which all feet together would carry the level body: a start that has contact."""
@@ -68,6 +70,7 @@ def _level_height(work: FloatArray) -> float:
     return -(1.0 + moment) / total
 
 
+@in_place
 @compiled_sums
 def _sums(
     work: FloatArray, a: float, b: float, z: float
@@ -100,6 +103,7 @@ def _sums(
     return 0.5 * e + z, g0, g1, g2 + 1.0, h00, h01, h02, h11, h12, h22, rough
 
 
+@in_place
 @compiled
 def support_kernel(
     feet: FloatArray,
@@ -162,6 +166,7 @@ def support_kernel(
     return NO_CONVERGENCE
 
 
+@in_place
 @compiled
 def _direction(
     h00: float, h01: float, h02: float, h11: float, h12: float, h22: float,
@@ -217,6 +222,7 @@ def _direction(
     return e0, e1, (-g2 - h02 * e0 - h12 * e1) / h22, True
 
 
+@in_place
 @compiled
 def _line_minimum(
     work: FloatArray, a: float, b: float, z: float, d0: float, d1: float, d2: float

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import compiled
+from model.compiled import compiled, in_place
 from model.support.kernel import DRAG, SPEED_X, SPEED_Y, W_X, W_Y, X, Y
 from model.traction.coulomb_kernel import (
     BODY_ROWS,
@@ -68,6 +68,7 @@ def balance_space(count: int) -> BalanceSpace:
     )  # fmt: skip
 
 
+@in_place
 @compiled
 def balance_frame(
     work: FloatArray, loads: FloatArray, mu: FloatArray, law: FootLaw, outside: FloatArray,
@@ -243,6 +244,7 @@ def balance_frame(
     return FINE, not exact or (state != SOLVED_FLAT and forces_unique(feet, rest))
 
 
+@in_place
 @compiled
 def _lay_body(
     outside: FloatArray, velocity: FloatArray, gx: float, gy: float, spread: float, top: float,

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import compiled
+from model.compiled import compiled, in_place
 from model.traction.kernel import CREEP_SPEED_M_S, coulomb_scale
 from model.values.arrays import FloatArray
 
@@ -72,6 +72,7 @@ class FootLaw(NamedTuple):
     creep: float = CREEP_SPEED_M_S
 
 
+@in_place
 @compiled
 def slips(feet: FloatArray, rows: FloatArray, row: int, column: int) -> None:
     """Slip of each foot that does not give, from the velocity in a row, into two columns."""
@@ -85,6 +86,7 @@ def slips(feet: FloatArray, rows: FloatArray, row: int, column: int) -> None:
             )
 
 
+@in_place
 @compiled
 def solve3(system: FloatArray) -> bool:
     """Solve a 3 x 3 system by elimination with row exchanges; False, and no solution, if a pivot vanishes.
@@ -122,6 +124,7 @@ def solve3(system: FloatArray) -> bool:
     return True
 
 
+@in_place
 @compiled
 def _weaken(feet: FloatArray, law: FootLaw) -> None:
     """Set the grip of each foot: less the faster it slips (Stribeck)."""
@@ -135,6 +138,7 @@ def _weaken(feet: FloatArray, law: FootLaw) -> None:
         feet[k, GRIP] = feet[k, LIMIT] * (1.0 + (law.static_ratio - 1.0) * more)
 
 
+@in_place
 @compiled
 def _follow(feet: FloatArray, creep: float) -> float:
     """Scale sigma that brings the duals nearest to Coulomb's at the present slips."""
@@ -142,6 +146,7 @@ def _follow(feet: FloatArray, creep: float) -> float:
     return scale if scale > 0.0 else 1.0 / creep
 
 
+@in_place
 @compiled
 def _answer(
     feet: FloatArray, k: int, coulomb: bool
@@ -160,6 +165,7 @@ def _answer(
     return m00 * z0 + m01 * z1 - y0, m01 * z0 + m11 * z1 - y1, m00, m01, m01, m11
 
 
+@in_place
 @compiled
 def _yielding(
     feet: FloatArray, k: int, m00: float, m01: float, m10: float, m11: float
@@ -172,6 +178,7 @@ def _yielding(
     return n11 / det, -n01 / det, -n10 / det, n00 / det
 
 
+@in_place
 @compiled
 def _lay_system(
     feet: FloatArray, body: FloatArray, coulomb: bool, elastic: bool, s: float, system: FloatArray
@@ -233,6 +240,7 @@ def _lay_system(
     system[RIGHT, 0], system[RIGHT, 1], system[RIGHT, 2] = push0, push1, push2
 
 
+@in_place
 @compiled
 def _lay_steps(
     feet: FloatArray, coulomb: bool, elastic: bool, exact: bool, system: FloatArray
@@ -263,6 +271,7 @@ def _lay_steps(
     return inside
 
 
+@in_place
 @compiled
 def descend(
     feet: FloatArray, body: FloatArray, law: FootLaw, elastic: bool, start: float, system: FloatArray

@@ -9,7 +9,7 @@ loads.
 
 import numpy as np
 
-from model.compiled import compiled
+from model.compiled import compiled, in_place
 from model.traction.coulomb_kernel import (
     BODY_ROWS,
     COLUMNS,
@@ -42,6 +42,7 @@ SOLVED = 1
 SOLVED_FLAT = 2  # solved, but the velocity is one of many
 
 
+@in_place
 @compiled
 def classify(feet: FloatArray, sticking: BoolArray) -> int:
     """Tell feet at rest from sliding ones; return how many rest.
@@ -58,6 +59,7 @@ def classify(feet: FloatArray, sticking: BoolArray) -> int:
     return resting
 
 
+@in_place
 @compiled
 def polish(
     feet: FloatArray, body: FloatArray, sticking: BoolArray, resting: int, creep: bool,
@@ -85,6 +87,7 @@ def polish(
     return _several_rest(feet, body, sticking, creep, system, at)
 
 
+@in_place
 @compiled
 def _gradient(feet: FloatArray, at: FloatArray, sticking: BoolArray, system: FloatArray) -> bool:
     """Hessian and gradient of the power but for feet at rest; False if another foot does not slide.
@@ -128,6 +131,7 @@ def _gradient(feet: FloatArray, at: FloatArray, sticking: BoolArray, system: Flo
     return slide
 
 
+@in_place
 @compiled
 def _take(feet: FloatArray, body: FloatArray, at: FloatArray, sticking: BoolArray) -> None:
     """Put velocity, slips and the forces of sliding feet in place; feet at rest have no slip at all."""
@@ -143,12 +147,14 @@ def _take(feet: FloatArray, body: FloatArray, at: FloatArray, sticking: BoolArra
             feet[k, DUAL], feet[k, DUAL + 1] = h * z0, h * z1
 
 
+@in_place
 @compiled
 def _largest(system: FloatArray, row: int) -> float:
     size: float = max(abs(system[row, 0]), abs(system[row, 1]), abs(system[row, 2]))
     return size
 
 
+@in_place
 @compiled
 def _balanced(rest: float, step: float) -> bool:
     """Whether what is left of the forces is rounding, given the last step of Newton's method.
@@ -158,6 +164,7 @@ def _balanced(rest: float, step: float) -> bool:
     return rest <= BALANCED or (step <= ROUNDED and rest <= NEARLY)
 
 
+@in_place
 @compiled
 def _all_slide(
     feet: FloatArray, body: FloatArray, none: BoolArray, system: FloatArray, at: FloatArray
@@ -187,6 +194,7 @@ def _all_slide(
     return SOLVED_FLAT if flat else SOLVED
 
 
+@in_place
 @compiled
 def _smallest_pivot(matrix: FloatArray) -> float:
     """Smallest pivot of the symmetric elimination, over the largest entry of the diagonal."""
@@ -204,6 +212,7 @@ def _smallest_pivot(matrix: FloatArray) -> float:
     return smallest
 
 
+@in_place
 @compiled
 def _about_one_foot(
     feet: FloatArray, body: FloatArray, sticking: BoolArray, system: FloatArray, at: FloatArray
@@ -247,6 +256,7 @@ def _about_one_foot(
     return SOLVED_FLAT if flat else SOLVED
 
 
+@in_place
 @compiled
 def _lay_resting(feet: FloatArray, sticking: BoolArray, system: FloatArray) -> None:
     """Least squares of the slips of the feet at rest, each by its limit, for a velocity."""
@@ -261,6 +271,7 @@ def _lay_resting(feet: FloatArray, sticking: BoolArray, system: FloatArray) -> N
                         system[i, j] += lever * feet[k, LEVER + 3 * m + j]
 
 
+@in_place
 @compiled
 def _hold(feet: FloatArray, load: FloatArray, sticking: BoolArray, system: FloatArray) -> bool:
     """Whether the least forces (by their cones) hold the feet at rest; then they are the duals."""
@@ -328,6 +339,7 @@ def _several_rest(
     return SOLVED
 
 
+@in_place
 @compiled
 def forces_unique(feet: FloatArray, sticking: BoolArray) -> bool:
     """Whether the balance leaves no freedom to the feet that could push either way."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from model.compiled import compiled, compiled_sums
+from model.compiled import compiled, compiled_sums, in_place
 from model.support.kernel import DRAG, SPEED_X, SPEED_Y, W_X, W_Y, X, Y
 from model.values.arrays import FloatArray
 
@@ -15,6 +15,7 @@ TOO_FEW_FEET = 5
 ONE_POINT = 6
 
 
+@in_place
 @compiled_sums
 def _drag(work: FloatArray, loads: FloatArray, mu: FloatArray) -> tuple[
     float, float, float, float
@@ -37,6 +38,7 @@ def _drag(work: FloatArray, loads: FloatArray, mu: FloatArray) -> tuple[
     return total, cx, cy, np.sqrt(spread / total) if total > 0.0 else 0.0
 
 
+@in_place
 @compiled_sums
 def _balance(
     work: FloatArray, total: float, cx: float, cy: float, spread: float
@@ -70,6 +72,7 @@ def _balance(
     return m00, m01, m02, m11, m12, m22, r0, r1, r2
 
 
+@in_place
 @compiled_sums
 def _spread_out(
     work: FloatArray, vx: float, vy: float, rate: float, cx: float, cy: float,
@@ -87,6 +90,7 @@ def _spread_out(
         force[k, 1] = -d * (sy + work[W_Y, k] * along)
 
 
+@in_place
 @compiled
 def traction_kernel(
     work: FloatArray,
@@ -144,6 +148,7 @@ def traction_kernel(
     return FINE
 
 
+@in_place
 @compiled
 def coulomb_scale(slip: FloatArray, force: FloatArray, creep: float) -> float:
     """Scale sigma of the viscous ansatz' forces that brings them nearest to Coulomb's at the same slips.
@@ -160,6 +165,7 @@ def coulomb_scale(slip: FloatArray, force: FloatArray, creep: float) -> float:
     return aim / power if power > 0.0 else 0.0
 
 
+@in_place
 @compiled_sums
 def foot_speeds(velocity: FloatArray, work: FloatArray) -> bool:
     """Fill SPEED_X and SPEED_Y; return whether all speeds are numbers, the vertical ones too."""
@@ -171,6 +177,7 @@ def foot_speeds(velocity: FloatArray, work: FloatArray) -> bool:
     return check == 0.0
 
 
+@in_place
 @compiled
 def lay_anisotropy(anisotropy: FloatArray, work: FloatArray) -> None:
     """Fill W_X and W_Y."""

@@ -6,10 +6,11 @@ machine code.
 
 import numpy as np
 
-from model.compiled import COUNT, compile_for, compiled, given, out
+from model.compiled import COUNT, compile_for, compiled, given, in_place, out
 from model.values.arrays import FloatArray, IntArray
 
 
+@in_place
 @compiled
 def sensed_counts(
     wrench: FloatArray,

@@ -14,7 +14,7 @@ import numpy as np
 
 from drivers.dynamixel.registers import OperatingMode
 from drivers.dynamixel.units import DUTY_FULL, TICK_RAD, VELOCITY_UNIT_RAD_S
-from model.compiled import NUMBER, compile_for, compiled, given, out
+from model.compiled import NUMBER, compile_for, compiled, given, in_place, out
 from model.values.arrays import BoolArray, FloatArray
 from sim_hw.dynamixel.goal_path import GoalPath
 from sim_hw.plant.structure import REGISTER_LOOP, LoopKind, ServoLoop
@@ -53,11 +53,13 @@ FIELDS = tuple(name for name, _ in (*_NUMBERS, *_SWITCHES))
 SERVO = np.dtype((np.record, np.dtype([*_NUMBERS, *_SWITCHES], align=True)))
 
 
+@in_place
 @compiled
 def _bounded(value: float, most: float) -> float:
     return min(max(value, -most), most)
 
 
+@in_place
 @compiled
 def _advance_trajectory(servo: Any, goal: float, dt_s: float) -> None:
     """Step, rectangular or trapezoidal approach of the trajectory to the goal."""
@@ -84,6 +86,7 @@ def _advance_trajectory(servo: Any, goal: float, dt_s: float) -> None:
     servo.trajectory_rate = 0.0 if abs(goal - servo.trajectory) < 1e-9 else rate
 
 
+@in_place
 @compiled
 def _position_loop(servo: Any, ticks: float, rate_rad_s: float, steps_ms: float) -> float:
     error = servo.trajectory - np.rint(ticks)  # the encoder counts whole ticks
@@ -103,6 +106,7 @@ def _position_loop(servo: Any, ticks: float, rate_rad_s: float, steps_ms: float)
     return pwm
 
 
+@in_place
 @compiled
 def _cascaded_loop(servo: Any, ticks: float, rate_rad_s: float, steps_ms: float) -> float:
     """P on the angle, PI on the speed; the integral stops where the output does."""
@@ -114,6 +118,7 @@ def _cascaded_loop(servo: Any, ticks: float, rate_rad_s: float, steps_ms: float)
     return pwm
 
 
+@in_place
 @compiled
 def _velocity_loop(servo: Any, rate_rad_s: float, steps_ms: float) -> float:
     change = (0.0 if servo.stopped else servo.goal_velocity) - servo.ramp_velocity
@@ -127,6 +132,7 @@ def _velocity_loop(servo: Any, rate_rad_s: float, steps_ms: float) -> float:
     return pwm
 
 
+@in_place
 @compiled
 def _current_loop(servo: Any, current_a: float, steps_ms: float) -> float:
     """An integrating current loop; the firmware's own is undisclosed."""
@@ -136,6 +142,7 @@ def _current_loop(servo: Any, current_a: float, steps_ms: float) -> float:
     return integral
 
 
+@in_place
 @compiled
 def firmware_duties(
     servos: Any, goal: FloatArray, ticks: FloatArray, rate_rad_s: FloatArray, current_a: FloatArray,

@@ -17,7 +17,7 @@ from drivers.dynamixel.units import (
     VELOCITY_UNIT_RAD_S,
     VOLTAGE_UNIT_V,
 )
-from model.compiled import COUNT, compile_for, compiled, given, out
+from model.compiled import COUNT, compile_for, compiled, given, in_place, out
 from model.values.arrays import FloatArray, IntArray
 from sim_hw.dynamixel.firmware import CURRENT, PWM, SERVO, VELOCITY
 
@@ -43,6 +43,7 @@ def _crc_table() -> IntArray:
 _CRC = _crc_table()
 
 
+@in_place
 @compiled
 def _moving_status(servo: Any) -> int:
     """What register Moving Status says of a control loop, a record of ``firmware.SERVO``."""
@@ -56,6 +57,7 @@ def _moving_status(servo: Any) -> int:
     return PROFILE_ONGOING | (TRAPEZOIDAL if servo.profile_acceleration != 0.0 else RECTANGULAR)
 
 
+@in_place
 @compiled
 def measure(
     servos: Any,
@@ -109,6 +111,7 @@ def measure(
         values[10] = 0.0
 
 
+@in_place
 @compiled
 def _frame(
     servo_id: int, alert: int, values: FloatArray, sizes: IntArray, begin: int, length: int,

@@ -4,7 +4,7 @@ Products and sums in the order in which they are written, as numpy does it: the 
 machine code.
 """
 
-from model.compiled import COUNT, compile_for, compiled, given, out
+from model.compiled import COUNT, compile_for, compiled, given, in_place, out
 from model.values.arrays import FloatArray, IntArray
 from sim_hw.plant.leg_kernel import CURRENT, SUPPLY, TEMPERATURE
 
@@ -12,6 +12,7 @@ from sim_hw.plant.leg_kernel import CURRENT, SUPPLY, TEMPERATURE
 READINGS = 5
 
 
+@in_place
 @compiled
 def motor_readings(
     state: FloatArray,

@@ -12,7 +12,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, compiles, given, out
+from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, compiles, given, in_place, out
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from sim_hw.dynamixel.firmware import SERVO, FirmwareBank, firmware_duties
 from sim_hw.plant.leg_kernel import CURRENT, LEG_NUMBERS, STATE_NUMBERS, turn_legs
@@ -63,6 +63,7 @@ if compiles():
     carray: Any = numba.carray  # type: ignore[attr-defined]  # has no types
 
 
+@in_place
 @compiled
 def run_steps(
     count: int,

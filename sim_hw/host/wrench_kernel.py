@@ -4,10 +4,11 @@ Sums in the order of the steps and products in the order in which they are writt
 same bits with and without machine code.
 """
 
-from model.compiled import COUNT, compile_for, compiled, given, out
+from model.compiled import COUNT, compile_for, compiled, given, in_place, out
 from model.values.arrays import FloatArray
 
 
+@in_place
 @compiled
 def mean_wrenches(
     forces: FloatArray,

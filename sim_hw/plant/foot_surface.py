@@ -9,7 +9,7 @@ import math
 import mujoco
 import numpy as np
 
-from model.compiled import COUNT, NUMBER, compile_for, compiled, given, out
+from model.compiled import COUNT, NUMBER, compile_for, compiled, given, in_place, out
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from sim_hw.plant.parameters import PlantParameters
 
@@ -17,6 +17,7 @@ from sim_hw.plant.parameters import PlantParameters
 CLING_M = 0.001
 
 
+@in_place
 @compiled
 def surface(
     time_s: float,
@@ -58,6 +59,7 @@ def surface(
         cling[k] = -adhesion[k] if height < CLING_M else 0.0
 
 
+@in_place
 @compiled
 def feet_now(
     places: FloatArray,

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, given, out
+from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, given, in_place, out
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from sim_hw.plant.leg_path import leg_point
 from sim_hw.plant.motor import (
@@ -63,6 +63,7 @@ def side_damping(plant: PlantParameters) -> FloatArray:
     return plant.side_damping_ratio * critical
 
 
+@in_place
 @compiled
 def _gear_torque(row: FloatArray, twist: float, rate: float) -> float:
     """Torque through a gear with twist and play, from motor to shaft.
@@ -78,6 +79,7 @@ def _gear_torque(row: FloatArray, twist: float, rate: float) -> float:
     return torque
 
 
+@in_place
 @compiled
 def turn_legs(
     dt_s: float,

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from model.compiled import compiled
+from model.compiled import compiled, in_place
 from model.values.arrays import FloatArray
 from sim_hw.plant.four_bar import four_bar_point, four_bar_row
 from sim_hw.plant.parameters import FourBarLegs, PlantParameters
@@ -25,6 +25,7 @@ def leg_geometry(plant: PlantParameters) -> FloatArray:
     return geometry
 
 
+@in_place
 @compiled
 def leg_point(
     geometry: FloatArray, shaft_rad: float
@@ -44,6 +45,7 @@ def leg_point(
     return four_bar_point(geometry, shaft_rad)
 
 
+@in_place
 @compiled
 def _crank_point(
     length: float, radius: float, shaft_rad: float
@@ -83,6 +85,7 @@ def _crank_point(
     )  # fmt: skip
 
 
+@in_place
 @compiled
 def _paths(geometry: FloatArray, angles: FloatArray, out: FloatArray) -> None:
     for i in range(angles.shape[0]):

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from model.compiled import compiled
+from model.compiled import compiled, in_place
 from model.values.arrays import FloatArray
 from sim_hw.plant.parameters import MotorParameters
 
@@ -21,6 +21,7 @@ def motor_row(motor: MotorParameters) -> FloatArray:
     return np.array([getattr(motor, name) for name in MotorParameters.__slots__], dtype=np.float64)
 
 
+@in_place
 @compiled
 def friction_budget(
     motor: FloatArray, rate: float, motor_torque: float, load_torque: float
@@ -42,6 +43,7 @@ def friction_budget(
     return budget
 
 
+@in_place
 @compiled
 def slowed(momentum: float, friction: float) -> float:
     """Return what dry friction leaves of a momentum, each [N m s]; it stops, and never turns it round."""
@@ -49,6 +51,7 @@ def slowed(momentum: float, friction: float) -> float:
     return left
 
 
+@in_place
 @compiled
 def turned(
     motor: FloatArray,
@@ -80,6 +83,7 @@ def turned(
     return speed
 
 
+@in_place
 @compiled
 def current_of(motor: FloatArray, applied_v: float, rate: float) -> float:
     """Return the current through the winding [A]."""
@@ -87,6 +91,7 @@ def current_of(motor: FloatArray, applied_v: float, rate: float) -> float:
     return current
 
 
+@in_place
 @compiled
 def warmed(motor: FloatArray, temperature_c: float, current_a: float, dt_s: float) -> float:
     """Return the temperature a step later [degC]."""
