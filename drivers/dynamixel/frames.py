@@ -82,6 +82,7 @@ def _crc_of_pairs() -> "array[int]":
 
 
 _CRC_OF_PAIRS = _crc_of_pairs()
+CRC_OF_BYTES = tuple(_CRC_OF_PAIRS[:256])
 
 
 @cache

@@ -8,7 +8,8 @@ import numpy as np
 
 from drivers.dynamixel.settings import ServoBusSettings
 from drivers.dynamixel.units import DUTY_FULL, TICK_RAD, VELOCITY_UNIT_RAD_S, VOLTAGE_UNIT_V
-from model.values.arrays import FloatArray, IntArray, readonly
+from model.compiled import COUNT, FLAG, compile_for, compiled, given, in_place, out
+from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.legs import JointState
 from model.values.readings import ServoReadings
 
@@ -78,6 +79,65 @@ def joint_state(readings: ServoReadings, settings: ServoBusSettings) -> JointSta
         rows[:, ~valid] = np.nan
     angle, rate, current, duty, voltage, temperature = readonly(rows)
     return JointState(readings.t_ns, angle, rate, current, duty, voltage, temperature, valid)
+
+
+@in_place
+@compiled
+def _calibrate(
+    position: IntArray, velocity: IntArray, current: IntArray, duty: IntArray, voltage: IntArray,
+    temperature: IntArray, valid: BoolArray, zeros: IntArray, units: FloatArray, rows: FloatArray,
+) -> None:  # fmt: skip
+    """Write what ``joint_state`` makes of one read, (6, N).
+
+    Args:
+        position: Of ``ServoReadings``, as all up to ``valid``, (N,).
+        velocity: Speeds.
+        current: Currents.
+        duty: Duties.
+        voltage: Voltages.
+        temperature: Temperatures.
+        valid: Who has answered.
+        zeros: Positions at shaft angle 0, (N,) [ticks].
+        units: Of ``_units``, (6, N).
+        rows: Written.
+    """
+    for k in range(valid.size):
+        rows[0, k] = (position[k] - zeros[k]) * units[0, k]
+        rows[1, k] = velocity[k] * units[1, k]
+        rows[2, k] = current[k] * units[2, k]
+        rows[3, k] = duty[k] * units[3, k] / DUTY_FULL
+        rows[4, k] = voltage[k] * units[4, k]
+        rows[5, k] = temperature[k] * units[5, k]
+        for i in range(rows.shape[0] if not valid[k] else 0):
+            rows[i, k] = np.nan
+
+
+class JointScales:
+    """Calibrates reads, one a tick, by machine code that is loaded or made here.
+
+    Args:
+        settings: How the servos are mounted.
+    """
+
+    def __init__(self, settings: ServoBusSettings) -> None:
+        self._zeros = np.ascontiguousarray(settings.zeros, dtype=np.int64)
+        self._units = np.ascontiguousarray(_units(settings))
+        compile_for(
+            _calibrate, *given(1, 1, 1, 1, 1, 1, kind=COUNT), *given(1, kind=FLAG),
+            *given(1, kind=COUNT), *given(2), *out(2),
+        )  # fmt: skip
+
+    def state(self, readings: ServoReadings) -> JointState:
+        """Return ``joint_state`` of a read, to the bit."""
+        rows, valid, flat = np.empty(self._units.shape), readings.valid, np.ascontiguousarray
+        _calibrate(
+            flat(readings.position_ticks), flat(readings.velocity_counts),
+            flat(readings.current_counts), flat(readings.duty_counts),
+            flat(readings.voltage_counts), flat(readings.temperature_c), flat(valid), self._zeros,
+            self._units, rows,
+        )  # fmt: skip
+        angle, rate, current, duty, voltage, temperature = readonly(rows)
+        return JointState(readings.t_ns, angle, rate, current, duty, voltage, temperature, valid)
 
 
 def joint_states(readings: Sequence[ServoReadings], settings: ServoBusSettings) -> list[JointState]:

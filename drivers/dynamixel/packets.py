@@ -6,7 +6,8 @@ hold ours to it where it is right. ``drivers.dynamixel.requests`` stands on top.
 """
 
 from collections import deque
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
 
 from dynamixel_sdk import (
     COMM_RX_CORRUPT,
@@ -30,6 +31,7 @@ from drivers.dynamixel.frames import (
 from drivers.dynamixel.port import READ_CHUNK, ClockedPort
 from drivers.dynamixel.stats import BusCounters
 
+T = TypeVar("T")
 # For so long after an answer failed to come it may still do so, in the middle of another request.
 OWED_NS = 500_000_000
 
@@ -168,23 +170,23 @@ class PacketHandler:
         self._parser.clear()
         port.clearPort()
 
-    def all_in_order(self, ids: bytes, length: int) -> list[ServoAnswer] | None:
+    def all_in_order(self, count: int, length: int, read: Callable[[bytes], T | None]) -> T | None:
         """Wait for the answers of several servos that were asked together.
 
         Args:
-            ids: Their ids.
+            count: How many they are.
             length: Bytes of data of each.
+            read: Takes their bytes apart, if each servo has answered in its turn and done what it was
+                asked, as is usual; else None.
 
         Returns:
-            The answers, if each servo has answered in its turn and done what it was asked, as is usual;
-            None if not: what has come so far is then there for ``next_status``.
+            What was read; None if nothing was: what has come so far is then there for ``next_status``.
         """
-        data = self.port.readAnswers(len(ids), STATUS_BYTES + length)
-        answered = statuses_in_order(data, ids, length)
-        if answered is None or {error & ~ALERT for error, _ in answered} != {0}:
+        data = self.port.readAnswers(count, STATUS_BYTES + length)
+        answered = read(data)
+        if answered is None:
             self._frames.extend(self._parser.feed(data))
-            return None
-        return [ServoAnswer(parameters, error, COMM_SUCCESS) for error, parameters in answered]
+        return answered
 
     def next_status(self) -> tuple[Frame | None, int]:
         """Wait for one status frame until the port's timeout."""
@@ -209,6 +211,14 @@ class PacketHandler:
             return False
         self.counters.crc_errors += 1
         return True
+
+
+def answers_in_order(ids: bytes, length: int, data: bytes) -> list[ServoAnswer] | None:
+    """Return the answers of servos; None unless all have answered in their turn, without an error."""
+    answered = statuses_in_order(data, ids, length)
+    if answered is None or {error & ~ALERT for error, _ in answered} != {0}:
+        return None
+    return [ServoAnswer(parameters, error, COMM_SUCCESS) for error, parameters in answered]
 
 
 def _is_status(item: Frame | BadFrame) -> bool:

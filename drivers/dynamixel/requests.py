@@ -3,17 +3,19 @@
 Each request says per servo what came back; none of them raises for a servo that is silent.
 """
 
-from collections.abc import Sequence
-from functools import cache
+from collections.abc import Callable, Sequence
+from functools import cache, partial
 from itertools import chain
 from struct import Struct
+from typing import TypeVar
 
 from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS
 
 from drivers.dynamixel.frames import BROADCAST_ID, STATUS_BYTES, Instruction, build_instruction
-from drivers.dynamixel.packets import PacketHandler, ServoAnswer
+from drivers.dynamixel.packets import PacketHandler, ServoAnswer, answers_in_order
 from drivers.dynamixel.registers import Register
 
+T = TypeVar("T")
 IDENTITY_BYTES = 3  # what a ping is answered with: model number and firmware version
 # What a servo takes to begin its answer, on top of its return delay setting [ms].
 PROCESSING_MS = 0.1
@@ -124,6 +126,18 @@ class ServoRequests(PacketHandler):
         Returns:
             One answer per id, in the order of ``ids``.
         """
+        usual = partial(answers_in_order, bytes(ids), length)
+        return self.sync_read_as(ids, address, length, return_delay_ms, usual)
+
+    def sync_read_as(
+        self,
+        ids: Sequence[int],
+        address: int,
+        length: int,
+        return_delay_ms: float,
+        read: Callable[[bytes], T | None],
+    ) -> T | list[ServoAnswer]:
+        """Do the same, with the bytes of usual answers taken apart by ``read``; see ``all_in_order``."""
         port = self.port
         began_ns = port.clock.now_ns()
         parameters = _span(address, length) + bytes(ids)
@@ -135,7 +149,7 @@ class ServoRequests(PacketHandler):
             return [ServoAnswer(None, 0, code)] * len(ids)
         port.setPacketTimeout(len(frame) + (STATUS_BYTES + length) * len(ids))
         port.packet_timeout += (return_delay_ms + PROCESSING_MS) * len(ids)
-        everyone = self.all_in_order(bytes(ids), length)
+        everyone = self.all_in_order(len(ids), length, read)
         if everyone is not None:
             self.suspect_late = False
             self.counters.note_round_trip(port.clock.now_ns() - began_ns)

@@ -104,6 +104,7 @@ def assemble(config: RobotConfig, wires: Wires, *, armed: bool) -> Rig:
     if wires.tap is not None:
         wires.tap.listen(wires.port)
     bus = ServoBus(wires.port, config.servo_bus)
+    bus.prepare()
     stream: ForceStream | None = None
     try:
         bus.connect()

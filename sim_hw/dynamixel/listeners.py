@@ -173,18 +173,16 @@ class GoalWrite:
         layout: Of the parameters.
         least: Least goal that each of them takes.
         most: Largest goal.
-        who: Index of each, (M,).
-        sense: Of each, (M,); see ``VirtualServo.plain_goal``.
-        offset: Of each, (M,) [ticks].
+        who: Index of each; a slice where all are asked in the world's order.
+        mounting: Sense and offset [ticks] of each; see ``VirtualServo.plain_goal``.
     """
 
     servos: tuple[VirtualServo, ...]
     layout: Struct
     least: tuple[int, ...]
     most: tuple[int, ...]
-    who: IntArray
-    sense: IntArray
-    offset: IntArray
+    who: list[int] | slice
+    mounting: tuple[tuple[int, int], ...]
 
     def done(self, parameters: bytes, firmware: FirmwareBank) -> bool:
         """Give all servos their goals.
@@ -205,7 +203,11 @@ class GoalWrite:
         for servo, goal in zip(self.servos, goals, strict=True):
             servo.table.put_goal(goal, parameters[first : first + GOAL_BYTES])
             first += 1 + GOAL_BYTES
-        firmware.goal_position[self.who] = self.sense * (np.array(goals) - self.offset)
+        # half a dozen are put there sooner as a list than as an array
+        firmware.goal_position[self.who] = [
+            sense * (goal - offset)
+            for goal, (sense, offset) in zip(goals, self.mounting, strict=True)
+        ]
         return True
 
 
@@ -228,6 +230,8 @@ def _goal_write(listeners: Listeners, parameters: bytes) -> GoalWrite | None:
     if len(senses) < len(plain):
         return None
     least, most = zip(*(servo.table.goal_range() for servo in writing), strict=True)
-    who = np.array([listeners.every.index(servo) for servo in writing])
-    sense, offset = np.array(senses).T
-    return GoalWrite(writing, layout, least, most, who, sense, offset)
+    who = [listeners.every.index(servo) for servo in writing]
+    in_order = who == list(range(len(listeners.every)))
+    return GoalWrite(
+        writing, layout, least, most, slice(None) if in_order else who, tuple(senses)
+    )

@@ -78,6 +78,7 @@ class World:
         self._now_ns: int | None = None
         self._steps = 0
         self._forces = np.tile(plant.foot_force_B, (KEPT_STEPS, 1, 1))  # a ring, a row a step
+        self._force_rows = [*self._forces]
         self._read_until = 0
         mounting = self._mounting = np.array([self._zeros, self._ticks_a_rad, self._signs])
         columns = sides[not on_motor]
@@ -115,7 +116,7 @@ class World:
             return
         compiled.run(count, self._steps, self._forces)
         self._steps += count
-        plant.foot_force_B = self._forces[self._steps % KEPT_STEPS]
+        plant.foot_force_B = self._force_rows[self._steps % KEPT_STEPS]
 
     def _step(self) -> None:
         plant = self.plant

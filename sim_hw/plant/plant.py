@@ -126,6 +126,7 @@ class Plant:
         self._coefficients, self._cling = np.zeros(p.legs), np.zeros(p.legs)
         self._clings = bool(p.friction.adhesion.any())
         self._gusts = Gusts(p.disturbance, p.time_step_s, seed)
+        self._steady = not (self._varies or self._has_direction or self._gusts.blow)
         self._push, self._gust = np.zeros(6), np.zeros(2)
         self._ballast: Ballast | None = None
         self.foot_force_B: FloatArray = np.zeros((p.legs, 3))
@@ -230,8 +231,7 @@ class Plant:
     @property
     def plain(self) -> bool:
         """Whether a step is nothing but legs and MuJoCo: no gusts, ballast or changing friction."""
-        changing = self._varies or self._has_direction or self._gusts.blow
-        return not changing and self._ballast is None
+        return self._steady and self._ballast is None
 
     def leg_arguments(self) -> tuple[FloatArray | IntArray, ...]:
         """Return what ``turn_legs`` takes of this plant, but for duties and steps, in its order."""
