@@ -9,7 +9,7 @@ import math
 import mujoco
 import numpy as np
 
-from model.compiled import COUNT, NUMBER, compile_for, compiled, given, in_place, out
+from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, given, in_place, out
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from sim_hw.plant.parameters import PlantParameters
 
@@ -99,12 +99,63 @@ def feet_now(
             velocity[k, i] += rate[i] + slide
 
 
+@in_place
+@compiled
+def foot_arms(
+    places: FloatArray, foot_body: IntArray, torso: FloatArray, arms: FloatArray
+) -> None:
+    """Write the ways from the torso's origin to the feet, world axes, (N, 3); see ``feet_now``."""
+    for k in range(len(foot_body)):
+        for i in range(3):
+            arms[k, i] = places[foot_body[k], i] - torso[i]
+
+
+@in_place
+@compiled
+def feet_truth(
+    places: FloatArray,
+    foot_body: IntArray,
+    torso: FloatArray,
+    rate: FloatArray,
+    foot_v: IntArray,
+    rotation: FloatArray,
+    force: FloatArray,
+    least_n: float,
+    feet: FloatArray,
+    contact: BoolArray,
+) -> None:
+    """Write all that is known of the feet.
+
+    Args:
+        places: Of ``feet_now``, as all up to ``rotation``.
+        foot_body: Rows.
+        torso: Row.
+        rate: Speeds.
+        foot_v: Addresses.
+        rotation: Body to world.
+        force: Ground's force on each foot, body axes, (N, 3) [N].
+        least_n: What a foot carries that is not in the air [N].
+        feet: Places and velocities, world axes, and forces, (3, N, 3); changed.
+        contact: Whether each foot carries more than that, (N,); changed.
+    """
+    feet_now(places, foot_body, torso, rate, foot_v, rotation, feet[0], feet[1])
+    for k in range(len(foot_body)):
+        for i in range(3):
+            feet[2, k, i] = force[k, i]
+        contact[k] = force[k, 2] > least_n
+
+
 def prepare() -> None:
     """Load or make the machine code, so that no step waits for it."""
     compile_for(surface, NUMBER, *given(1, 1, 1, 1, 1, 2, 2), *out(1, 1))
     compile_for(
         feet_now, *given(2), *given(1, kind=COUNT), *given(1, 1), *given(2, kind=COUNT), *given(2),
         *out(2, 2),
+    )  # fmt: skip
+    compile_for(foot_arms, *given(2), *given(1, kind=COUNT), *given(1), *out(2))
+    compile_for(
+        feet_truth, *given(2), *given(1, kind=COUNT), *given(1, 1), *given(2, kind=COUNT),
+        *given(2, 2), NUMBER, *out(3), *out(1, kind=FLAG),
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from model.compiled import compiled
+from model.compiled import compiled, in_place
 from model.values.arrays import FloatArray
 from sim_hw.plant.parameters import FourBarLegs
 
@@ -25,6 +25,7 @@ def four_bar_row(legs: FourBarLegs) -> FloatArray:
     return rows
 
 
+@in_place
 @compiled
 def four_bar_point(
     geometry: FloatArray, shaft_rad: float

@@ -25,6 +25,8 @@ from sim_hw.plant.ballast import (
 from sim_hw.plant.foot_surface import (
     DirectedContacts,
     feet_now,
+    feet_truth,
+    foot_arms,
     surface,
     surface_settings,
     varies,
@@ -157,7 +159,8 @@ class Plant:
 
     def _arms(self) -> FloatArray:
         """From the torso's origin to the feet, world axes, (N, 3) [m]."""
-        arms: FloatArray = self._xpos.take(self._foot_body, axis=0) - self._torso_position
+        arms = np.empty((self.parameters.legs, 3))
+        foot_arms(self._xpos, self._foot_body, self._torso_position, arms)
         return arms
 
     def refresh(self) -> None:
@@ -310,10 +313,12 @@ class Plant:
     def truth(self, t_ns: int) -> BodyTruth:
         """Return where everything is."""
         self.refresh()
-        feet = np.empty((3, self.parameters.legs, 3))  # all feet in one piece of memory: place,
-        place, velocity, force = feet  # velocity and force
-        self._write_feet(place, velocity)
-        force[:] = self.foot_force_B
+        legs = self.parameters.legs
+        feet, contact = np.empty((3, legs, 3)), np.empty(legs, np.bool_)
+        feet_truth(
+            self._xpos, self._foot_body, self._torso_position, self._qvel, self._foot_v,
+            self._torso_turn, self.foot_force_B, CONTACT_FORCE_N, feet, contact,
+        )  # fmt: skip
         readonly(feet)
         return BodyTruth(
             t_ns=t_ns,
@@ -324,7 +329,7 @@ class Plant:
             foot_position_W=feet[0],
             foot_velocity_W=feet[1],
             foot_force_B=feet[2],
-            contact=readonly(self.foot_force_B[:, 2] > CONTACT_FORCE_N),
+            contact=readonly(contact),
         )
 
 
