@@ -17,6 +17,8 @@ Number = TypeVar("Number", float, FloatArray)
 
 def sinc(angle: Number) -> Number:
     """sin(a) / a, and 1 at 0."""
+    if isinstance(angle, float):  # of a tick: the same bits, without arithmetic on numpy's scalars
+        return float(np.sin(angle)) / angle if angle != 0.0 else 1.0
     zero = angle == 0.0
     value: Number = (np.sin(angle) + zero) / (angle + zero)
     return value
@@ -25,6 +27,8 @@ def sinc(angle: Number) -> Number:
 def turned(x: Number, y: Number, angle: Number) -> tuple[Number, Number]:
     """Components of a vector turned by an angle."""
     c, s = np.cos(angle), np.sin(angle)
+    if isinstance(angle, float):
+        c, s = float(c), float(s)
     return c * x - s * y, s * x + c * y
 
 

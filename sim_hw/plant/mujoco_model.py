@@ -12,6 +12,7 @@ import numpy as np
 
 from model.errors import ModelError
 from model.values.arrays import FloatArray
+from sim_hw.plant.foot_surface import varies
 from sim_hw.plant.leg_kernel import ROLL_INERTIA, ROLLING, side_damping
 from sim_hw.plant.leg_path import foot_path
 from sim_hw.plant.parameters import PlantParameters
@@ -57,6 +58,8 @@ def build_model(plant: PlantParameters) -> mujoco.MjModel:
     rows = _chassis(torso, plant)
     for leg in range(plant.legs):
         _add_foot(spec, rows[leg], plant, leg)
+    if not varies(plant):
+        _name_pairs(spec)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -98,6 +101,25 @@ def _touch(geom: "mujoco.MjsGeom", plant: PlantParameters, friction: float) -> N
     least_s = CONTACT_STEPS * plant.time_step_s / plant.substeps
     geom.solref = [max(plant.contact.time_constant_s, least_s), plant.contact.damping_ratio]
     geom.solimp = plant.contact.solimp
+
+
+def _name_pairs(spec: "mujoco.MjSpec") -> None:
+    """Say which geoms may touch, so that MuJoCo does not search for them: a twentieth of a step.
+
+    The same contacts, to the bit: a pair has the larger friction of its two, as MuJoCo would find, and what
+    else all geoms have alike. It keeps it, whatever is written to the geoms of the model later on.
+    """
+    geoms = list(spec.geoms)
+    below = [one for one in geoms if one.contype]
+    for ground in below:
+        for other in [one for one in geoms if one.conaffinity and not one.contype]:
+            pair = spec.add_pair()
+            pair.geomname1, pair.geomname2 = ground.name, other.name
+            friction = max(ground.friction[0], other.friction[0])
+            pair.friction = [friction, friction, 0.0, 0.0, 0.0]
+            pair.solref, pair.solimp, pair.condim = other.solref, other.solimp, other.condim
+    for one in geoms:
+        one.contype = one.conaffinity = 0
 
 
 def _shape_torso(spec: "mujoco.MjSpec", torso: "mujoco.MjsBody", plant: PlantParameters) -> None:
