@@ -137,12 +137,10 @@ def compiled_sums(function: Function) -> Function:
 
 
 def in_place(function: Function) -> Function:
-    """Say of a compiled function that it makes no array, and calls nothing that does.
+    """Say of a compiled function that it makes no array itself; an array made in it is an error.
 
-    Then nobody counts who holds the arrays that it works in: its caller does, for as long as the call
-    takes. The machine code would count at every view of a row, across all cores: a third of the time of
-    what the estimator asks the model. An array that is made inside is an error of the compiler, but one
-    that is returned is not: it must not be.
+    Its machine code does not count who holds the arrays that it works in: the caller does, as long as it
+    takes. Counted is every view of a row, with a lock across all cores: a third of the model's time.
     """
     kernel: Any = function
     kernel.in_place = True

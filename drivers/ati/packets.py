@@ -168,12 +168,15 @@ class Led(enum.IntEnum):
     ORANGE = 3
 
 
+_LEDS = tuple(Led)  # by their numbers
+
+
 def battery_led(status_1: int) -> Led:
     """Return the battery light, bits 10-11 of the first status word.
 
     The battery byte next to it has no documented scale; the light is what the unit itself thinks.
     """
-    return Led(status_1 >> 10 & 0b11)
+    return _LEDS[status_1 >> 10 & 0b11]
 
 
 def build_record(record: ForceRecord) -> bytes:

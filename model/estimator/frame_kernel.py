@@ -13,6 +13,7 @@ import numpy as np
 
 from model.compiled import compile_for, compiled, given, in_place, out
 from model.estimator.settings import EstimatorSettings, Record, record_of
+from model.estimator.sway_kernel import SwaySpace, sway_space, tilt_sway
 from model.support.kernel import ROWS, support_kernel
 from model.traction.coulomb_frame import BalanceSpace, balance_frame, balance_space
 from model.traction.coulomb_kernel import FootLaw
@@ -59,60 +60,6 @@ def lay_parameters(
     for k in range(count):
         grip[k] = mu[k] * np.exp(mean[SCALE] + mean[FIXED + k])
         spring[k] = stiffness[k] * np.exp(mean[FIXED + count + k])
-
-
-class SwaySpace(NamedTuple):
-    """Work space of ``tilt_sway`` for N feet.
-
-    Attributes:
-        moved: (N, 3).
-        tilt: (3,).
-        loads: (N,).
-        work: (ROWS, N).
-    """
-
-    moved: FloatArray
-    tilt: FloatArray
-    loads: FloatArray
-    work: FloatArray
-
-
-@compiled
-def sway_space(count: int) -> SwaySpace:
-    """Work space for N feet."""
-    return SwaySpace(np.empty((count, 3)), np.empty(3), np.empty(count), np.empty((ROWS, count)))
-
-
-@in_place
-@compiled
-def tilt_sway(
-    feet: FloatArray,
-    feet_velocity: FloatArray,
-    ground: FloatArray,
-    stiffness: FloatArray,
-    load: float,
-    step_s: float,
-    height: float,
-    space: SwaySpace,
-) -> tuple[float, float]:
-    """Horizontal velocity of the body origin as it tilts over the ground below it.
-
-    Slopes a moment before and after, from the feet's own velocities: exact, and without the delay of a
-    filter. Where either has no support there is no sway to speak of.
-    """
-    moved, tilt, loads, work = space
-    turn_x, turn_y = 0.0, 0.0
-    for before in range(2):
-        sign = 1.0 - 2.0 * before
-        for k in range(feet.shape[0]):
-            for i in range(3):
-                moved[k, i] = feet[k, i] + sign * step_s * feet_velocity[k, i]
-        if support_kernel(moved, ground, stiffness, load, tilt, loads, work) < 0:
-            return 0.0, 0.0
-        turn_x += sign * tilt[0]
-        turn_y += sign * tilt[1]
-    share = height / (2.0 * step_s)
-    return share * turn_x, -share * turn_y
 
 
 @in_place

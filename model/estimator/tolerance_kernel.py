@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from model.compiled import FLAG, NUMBER, compile_for, compiled, given, in_place, out
-from model.estimator.frame_kernel import CLEAR_M, SwaySpace, lay_parameters, sway_space, tilt_sway
+from model.estimator.frame_kernel import CLEAR_M, lay_parameters
 from model.estimator.settings import EstimatorSettings, Record, record_of
+from model.estimator.sway_kernel import SwaySpace, sway_space, tilt_sway
 from model.support.kernel import ROWS, support_kernel
 from model.traction.coulomb_frame import BalanceSpace, balance_frame, balance_space
 from model.traction.coulomb_kernel import FootLaw

@@ -232,6 +232,4 @@ def _goal_write(listeners: Listeners, parameters: bytes) -> GoalWrite | None:
     least, most = zip(*(servo.table.goal_range() for servo in writing), strict=True)
     who = [listeners.every.index(servo) for servo in writing]
     in_order = who == list(range(len(listeners.every)))
-    return GoalWrite(
-        writing, layout, least, most, slice(None) if in_order else who, tuple(senses)
-    )
+    return GoalWrite(writing, layout, least, most, slice(None) if in_order else who, tuple(senses))

@@ -12,7 +12,17 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, compiles, given, in_place, out
+from model.compiled import (
+    COUNT,
+    FLAG,
+    NUMBER,
+    compile_for,
+    compiled,
+    compiles,
+    given,
+    in_place,
+    out,
+)
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from sim_hw.dynamixel.firmware import SERVO, FirmwareBank, firmware_duties
 from sim_hw.plant.leg_kernel import CURRENT, LEG_NUMBERS, STATE_NUMBERS, turn_legs

@@ -101,9 +101,7 @@ def feet_now(
 
 @in_place
 @compiled
-def foot_arms(
-    places: FloatArray, foot_body: IntArray, torso: FloatArray, arms: FloatArray
-) -> None:
+def foot_arms(places: FloatArray, foot_body: IntArray, torso: FloatArray, arms: FloatArray) -> None:
     """Write the ways from the torso's origin to the feet, world axes, (N, 3); see ``feet_now``."""
     for k in range(len(foot_body)):
         for i in range(3):

@@ -154,7 +154,7 @@ class Plant:
     def feet_B(self) -> FloatArray:  # noqa: N802 - frame suffix
         """Feet in the body frame, (N, 3) [m]."""
         self.refresh()
-        feet: FloatArray = self._arms() @ self._torso_turn
+        feet: FloatArray = self._arms().dot(self._torso_turn)
         return feet
 
     def _arms(self) -> FloatArray:
@@ -324,7 +324,7 @@ class Plant:
             t_ns=t_ns,
             position_W=readonly(self._torso_position.copy()),
             quaternion_xyzw=readonly(self._torso_quaternion.take(SCALAR_LAST)),
-            velocity_B=readonly(self._velocity @ self._torso_turn),
+            velocity_B=readonly(self._velocity.dot(self._torso_turn)),
             angular_velocity_B=readonly(self._spin.copy()),
             foot_position_W=feet[0],
             foot_velocity_W=feet[1],

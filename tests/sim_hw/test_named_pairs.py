@@ -12,7 +12,6 @@ from sim_hw.plant.parameters import PlantParameters
 from sim_hw.plant.plant import Plant
 from tests.standing import SETTLED
 
-
 NOMINAL = PlantParameters.nominal(load_robot().parameters)
 
 
@@ -38,7 +37,9 @@ def _walked(plant: PlantParameters) -> tuple[int, FloatArray]:
         duty = random.uniform(-0.6, 0.6, plant.legs)
         for _ in range(25):
             robot.step(duty, np.ones(plant.legs, dtype=bool))
-        states.append(np.concatenate([robot.data.qpos, robot.data.qvel, robot.data.qfrc_constraint]))
+        states.append(
+            np.concatenate([robot.data.qpos, robot.data.qvel, robot.data.qfrc_constraint])
+        )
     return robot.model.npair, np.array(states)
 
 
