@@ -112,7 +112,7 @@ def _calibrate(
             rows[i, k] = np.nan
 
 
-class JointScales:
+class ReadCalibration:
     """Calibrates reads, one a tick, by machine code that is loaded or made here.
 
     Args:

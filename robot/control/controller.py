@@ -13,7 +13,7 @@ import numpy as np
 from drivers.ati import foot_forces
 from drivers.ati.calibration import Calibration
 from drivers.ati.foot_forces import ForceScales, no_forces
-from drivers.dynamixel.joints import JointScales
+from drivers.dynamixel.joints import ReadCalibration
 from gaits import buehler
 from gaits.catalog import make_gaits
 from gaits.gait import Gait
@@ -93,7 +93,7 @@ class Controller:
         if gaits is None:
             gaits = make_gaits(robot)
         self.book = GaitBook.of(gaits, robot.servo)
-        self._joints = JointScales(config.servo_bus)
+        self._calibration = ReadCalibration(config.servo_bus)
         self._scales = ForceScales(calibrations, config.force_sensor)
         self._no_forces = no_forces(robot.legs.count)
         self._weight_n = robot.body.mass * STANDARD_GRAVITY
@@ -123,7 +123,7 @@ class Controller:
         command = JointCommand(0, self._nothing, self._nothing, torque=False)
         senses = Senses(
             servos=silent,
-            joints=self._joints.state(silent),
+            joints=self._calibration.state(silent),
             forces=self._no_forces,
             down=silent.valid,
             last=command,
@@ -238,7 +238,7 @@ class Controller:
         if any_down:
             # after a restart a servo has another number for the same angle
             usable = replace(servos, valid=readonly(servos.valid & ~down))
-        joints = self._joints.state(usable)
+        joints = self._calibration.state(usable)
         before, forces = state.senses, self._newest_forces(state, inputs, t_ns, joints)
         times_ns, angles_rad = np.empty_like(before.times_ns), np.empty_like(before.angles_rad)
         times_ns[:-1], angles_rad[:-1] = before.times_ns[1:], before.angles_rad[1:]

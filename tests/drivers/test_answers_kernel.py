@@ -1,4 +1,4 @@
-"""Answers that are taken apart at once, and reads that are calibrated at once, are those of plain Python."""
+"""Answers taken apart at once, and reads calibrated at once, are those of plain Python."""
 
 from dataclasses import fields
 
@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from drivers.dynamixel.answers_kernel import loop_reader
 from drivers.dynamixel.catalog import MX_106, READ_LENGTH
 from drivers.dynamixel.frames import build_status
-from drivers.dynamixel.joints import JointScales, joint_state
+from drivers.dynamixel.joints import ReadCalibration, joint_state
 from drivers.dynamixel.loop_registers import loop_columns
 from drivers.dynamixel.packets import answers_in_order
 from drivers.dynamixel.settings import ServoBusSettings
@@ -91,4 +91,4 @@ def test_a_read_calibrated_at_once_is_the_same(seed: int, valid: list[bool]) -> 
     counts = random.integers(-(2**31), 2**31, (6, LEGS))
     age = np.zeros(LEGS, dtype=np.int64)
     readings = ServoReadings(7, *counts, age, age, np.array(valid), age)
-    _same(JointScales(SETTINGS).state(readings), joint_state(readings, SETTINGS))
+    _same(ReadCalibration(SETTINGS).state(readings), joint_state(readings, SETTINGS))
