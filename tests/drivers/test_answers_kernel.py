@@ -90,5 +90,8 @@ def test_a_read_calibrated_at_once_is_the_same(seed: int, valid: list[bool]) -> 
     random = np.random.default_rng(seed)
     counts = random.integers(-(2**31), 2**31, (6, LEGS))
     age = np.zeros(LEGS, dtype=np.int64)
-    readings = ServoReadings(7, *counts, age, age, np.array(valid), age)
+    position, velocity, current, duty, voltage, temperature = counts
+    readings = ServoReadings(
+        7, position, velocity, current, duty, voltage, temperature, age, age, np.array(valid), age
+    )
     _same(ReadCalibration(SETTINGS).state(readings), joint_state(readings, SETTINGS))
