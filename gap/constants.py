@@ -251,9 +251,11 @@ NONE_ACTING = Constant(
     "on 106 cases of 19 realities (seed 1, labels open)",
 )
 NONE_THERE = Constant(
-    1.5, "added for each standard error by which more is left at a joint of a cause than elsewhere",
-    "on the same cases",
-)  # fmt: skip
+    3.0,
+    "added for each standard error by which more is left at a joint of a cause than elsewhere, if none of "
+    "the gap is explained",
+    "on the same cases, and a worn spring that is right",
+)
 SURELY_ODD = Constant(0.01, "p-value of the residual below which it counts in full", THEORY)
 NONE_LIKELY = Constant(0.5, "probability of none above which a gap is unexplained", THEORY)
 MOST_PART = Constant(

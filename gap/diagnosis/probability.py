@@ -99,7 +99,8 @@ def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
     """Return what the log odds of "none of these" are linear in, seven numbers.
 
     These are 1, the open gap, energy, the worst channel, causes above two, what is open where the causes
-    act, and the lead of their joints. What a healthy machine leaves as well is no sign that something is
+    act, and the lead of their joints as far as the gap is open: a large cause is right though a few
+    percent of how it looks are left. What a healthy machine leaves as well is no sign that something is
     missing.
     """
     odd = min(1.0, -math.log(max(fit.p_after, 1e-9)) / -math.log(SURELY_ODD))
@@ -110,7 +111,7 @@ def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
         odd * math.log(max(fit.worst_after, 1.0)),
         max(0, causes - 2),
         1.0 - fit.closed_acting,
-        fit.lead_there,
+        (1.0 - fit.closed) * fit.lead_there,
     )
 
 
