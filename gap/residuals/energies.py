@@ -44,9 +44,15 @@ def _energy_chance(trials: FloatArray, runs: FloatArray) -> float:
     scatter = max(float(mean.std(ddof=1)), LEAST_SCATTER)
     t = (trial_logs.mean() - mean.mean()) / (scatter * np.sqrt(1 / n + 1 / m))
     p_mean = float(special.stdtr(n - 1, -t))
-    centred = run_logs - run_logs.mean(axis=0)
-    width = max(float(np.sqrt((centred**2).sum() / (centred.size - known.sum()))), LEAST_SCATTER)
+    width = scatter_between(run_logs)
     worst = float(np.max(trial_logs.mean(axis=0) - run_logs.mean(axis=0)))
     free = (n - 1) * min(int(known.sum()), CHANNELS_APART)
     p_channel = float(special.stdtr(free, -worst / (width * np.sqrt(1 / n + 1 / m))))
     return min(1.0, 2 * min(p_mean, p_channel * int(known.sum())))
+
+
+def scatter_between(run_logs: FloatArray) -> float:
+    """Scatter of logarithms of energies between N runs, (N, K), about the mean of each of K, pooled."""
+    centred = run_logs - run_logs.mean(axis=0)
+    free = centred.size - centred.shape[1]
+    return max(float(np.sqrt((centred**2).sum() / free)), LEAST_SCATTER)

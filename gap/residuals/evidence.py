@@ -139,7 +139,7 @@ class Evidence(Misfit):
 
 
 def mean_energy(energy: FloatArray, count: FloatArray) -> FloatArray:
-    """Return energies over so many independent frames; NaN where there is none."""
+    """Return energies, or other sums, over so many independent frames; NaN where there is none."""
     return np.where(count > 0, energy / np.where(count > 0, count, 1.0), np.nan)
 
 

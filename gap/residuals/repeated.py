@@ -8,8 +8,8 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from gap.constants import LEAST_SCATTER
-from gap.residuals.evidence import Evidence
+from gap.residuals.energies import scatter_between
+from gap.residuals.evidence import Evidence, mean_energy
 from gap.residuals.healthy import Healthy
 from gap.residuals.parts import TrialPart
 from model.values.arrays import FloatArray, IntArray
@@ -67,10 +67,7 @@ def lead_of_joints(
     if not (known & on).any() or not (known & ~on).any():
         return 0.0
     trials, runs, on = trials[:, known], runs[:, known], on[known]
-    centred = runs - runs.mean(axis=0)
-    free = (len(runs) - 1) * int(known.sum())
-    scatter = max(float(np.sqrt((centred**2).sum() / free)), LEAST_SCATTER)
-    error = scatter * np.sqrt(1.0 / len(runs) + 1.0 / len(trials))
+    error = scatter_between(runs) * np.sqrt(1.0 / len(runs) + 1.0 / len(trials))
     above = (trials.mean(axis=0) - runs.mean(axis=0)) / error
     return float(np.clip(above[on].max() - max(above[~on].max(), 0.0), 0.0, MOST_LEAD))
 
@@ -78,11 +75,8 @@ def lead_of_joints(
 def _means(part: TrialPart, left: FloatArray, count: FloatArray) -> FloatArray:
     """Mean of each phase bin and channel, (bins, C); NaN where nothing was compared."""
     bins = phase_bins(part)
-    out = np.full((PHASE_BINS, left.shape[1]), np.nan)
-    for one in range(PHASE_BINS):
-        total, seen = left[bins == one].sum(axis=0), count[bins == one].sum(axis=0)
-        out[one] = np.where(seen > 0, total / np.where(seen > 0, seen, 1.0), np.nan)
-    return out
+    every = [bins == one for one in range(PHASE_BINS)]
+    return np.array([mean_energy(left[on].sum(axis=0), count[on].sum(axis=0)) for on in every])
 
 
 def _mean_square(means: FloatArray) -> float:
