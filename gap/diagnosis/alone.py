@@ -14,8 +14,8 @@ import numpy as np
 from gap.diagnosis.how_far import ChannelRms, channel_rms
 from gap.interfaces import Cause, Drive, Scope, Simulator, places_for
 from gap.residuals.evidence import errors
-from gap.residuals.floor import rms
 from gap.residuals.hold_out import HoldOut
+from gap.residuals.part_error import rms
 from gap.residuals.parts import TrialPart, block_starts, split
 from gap.residuals.predictions import Misfit, Predictor
 from gap.search.candidates import Candidate

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.residuals.evidence import Evidence
-from gap.search.screen import Gain, Signatures, gains
+from gap.search.screen import Gain, Signatures, Weighed
 
 MOST = 5
 GREEDY_NATS = 2.0
@@ -24,12 +24,12 @@ class Baseline:
 
 def baselines(evidence: Evidence, signatures: Signatures) -> tuple[Baseline, ...]:
     """Return all three."""
-    ones = np.ones(evidence.base.shape)
-    ranked = gains(signatures, evidence.base, ones)
+    alike = Weighed(signatures, np.ones(evidence.base.shape))
+    ranked = alike.gains(evidence.base)
     single = [one for one in ranked if len(one.signature.live) <= 1][:1]
     return (
         Baseline("largest single-parameter fit", _keys(single)),
-        Baseline("forward selection by training error", _keys(_greedy(evidence, signatures))),
+        Baseline("forward selection by training error", _keys(_greedy(evidence, alike))),
         Baseline("least squares on all parameters", _all_at_once(evidence, signatures)),
     )
 
@@ -38,17 +38,17 @@ def _keys(each: Sequence[Gain]) -> tuple[tuple[str, tuple[str, ...]], ...]:
     return tuple(one.signature.candidate.family for one in each)
 
 
-def _greedy(evidence: Evidence, signatures: Signatures) -> list[Gain]:
-    residual, ones = evidence.base, np.ones(evidence.base.shape)
+def _greedy(evidence: Evidence, alike: Weighed) -> list[Gain]:
+    residual = evidence.base
     chosen: list[Gain] = []
     while len(chosen) < MOST:
         taken = {one.signature.candidate.family for one in chosen}
-        ranked = gains(signatures, residual, ones)
+        ranked = alike.gains(residual)
         ranked = [one for one in ranked if one.signature.candidate.family not in taken]
         if not ranked or ranked[0].nats < GREEDY_NATS:
             break
         best = ranked[0]
-        residual = residual - _change(signatures, best).reshape(residual.shape)
+        residual = residual - _change(alike.signatures, best).reshape(residual.shape)
         chosen.append(best)
     return chosen
 

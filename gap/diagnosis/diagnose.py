@@ -7,7 +7,6 @@ import numpy as np
 
 from gap.constants import MOSTLY
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
-from gap.diagnosis.baselines import baselines
 from gap.diagnosis.by_vibration import settled_by_vibration, shaken_channels
 from gap.diagnosis.commissioning import commission
 from gap.diagnosis.detection import Detection, detect, detectable
@@ -227,7 +226,7 @@ def _diagnosis(
         far=far,
         fitted_trials=tuple(sorted({part.trial for part in study.fitted})),
         held_out_trials=tuple(sorted({part.trial for part in study.held})),
-        baselines=baselines(evidence, comparison.signatures),
+        baselines=comparison.simpler(),
         detectable=detectable(
             comparison.signatures,
             known.search if known else None,

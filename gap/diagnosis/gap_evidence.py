@@ -2,11 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
+from gap.diagnosis.baselines import Baseline, baselines
 from gap.diagnosis.study import Study
 from gap.interfaces import Drive
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
+from gap.search.at_once import meanwhile
 from gap.search.candidates import Candidate, candidates_of, with_vibrations
 from gap.search.healthy_search import search_healthy
 from gap.search.look import Known
@@ -27,6 +30,7 @@ class GapEvidence:
         signatures: Of every candidate.
         runs: References, each in units of what the others predict; none where there are too few.
         known: The same as evidence, with what the search finds in them; None for too few.
+        simpler: Returns what simpler methods answer on the same data.
     """
 
     study: Study
@@ -37,6 +41,7 @@ class GapEvidence:
     signatures: Signatures
     runs: tuple[Healthy, ...]
     known: Known | None
+    simpler: Callable[[], tuple[Baseline, ...]]
 
     @property
     def healthy(self) -> Evidence | None:
@@ -60,6 +65,9 @@ def compare(study: Study, progress: Callable[[float], None]) -> GapEvidence:
     signatures = make_signatures(evidence, candidates, (), progress)
     healthy = study.healthy_evidence(local)
     runs = study.healthy_runs(local) if healthy else ()
+    search = partial(search_healthy, evidence, signatures, runs)
+    at_once = study.predictor.at_once
+    known = Known(healthy, runs, meanwhile(search, at_once)) if healthy else None
     return GapEvidence(
         study=study,
         evidence=evidence,
@@ -68,5 +76,6 @@ def compare(study: Study, progress: Callable[[float], None]) -> GapEvidence:
         candidates=candidates,
         signatures=signatures,
         runs=runs,
-        known=Known(healthy, runs, search_healthy(evidence, signatures, runs)) if healthy else None,
+        known=known,
+        simpler=meanwhile(partial(baselines, evidence, signatures), at_once),
     )

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gap.residuals.evidence import Evidence, errors
-from gap.residuals.floor import rms
+from gap.residuals.part_error import rms
 from model.values.arrays import FloatArray
 
 

@@ -4,21 +4,23 @@ Assembled once and used by the diagnosis, by commissioning, and by what measures
 baseline (noise, repeatability, the references' misfit) is measured when it is first asked for.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from gap.constants import ASSUMED_MISFIT, MOST_INFLATION
 from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
-from gap.residuals.floor import Floor, make_floor, rms, without_drift
+from gap.residuals.floor import Floor, make_floor, without_drift
 from gap.residuals.healthy import Healthy, healthy_runs
 from gap.residuals.hold_out import HoldOut
+from gap.residuals.part_error import PartError, rms
 from gap.residuals.parts import TrialPart, split, whole_parts
 from gap.residuals.predictions import Predictor, PredictsElsewhere
 from gap.residuals.vibration import ChannelVibration, vibration_of
+from gap.search.at_once import meanwhile
 from model.errors import GapError
 from record.trial.trial import Trial
 
@@ -40,6 +42,7 @@ class Study:
     fitted: tuple[TrialPart, ...]
     held: tuple[TrialPart, ...] = ()
     references: tuple[TrialPart, ...] = ()
+    _vibrating: Callable[[], dict[str, ChannelVibration]] | None = None
     _baselines: dict[Drive, tuple[Floor, tuple[Healthy, ...]]] = field(default_factory=dict)
 
     @property
@@ -63,21 +66,19 @@ class Study:
         """What feeds the stages where each is compared by itself."""
         return local_drive(self.predictor, self.fitted or self.references)
 
-    @cached_property
+    @property
     def vibrations(self) -> dict[str, ChannelVibration]:
         """What vibrates in the trials more than in references, by the name of the effect that would."""
-        channels = self.simulator.channels
-        parts = (*self.fitted, *self.held)
-        every = {
-            effect.name: vibration_of(effect.shaking, channels, parts, self.references)
-            for effect in self.simulator.effects
-            if effect.shaking
-        }
-        return {name: one for name, one in every.items() if one is not None}
+        if self._vibrating is not None:
+            return self._vibrating()
+        return _vibrations(self.simulator, (*self.fitted, *self.held), self.references)
 
     def with_standing(self, causes: tuple[Cause, ...]) -> "Study":
         """Return the study of a simulator that has these causes in every prediction."""
-        return Study(self.predictor.with_standing(causes), self.fitted, self.held, self.references)
+        return Study(
+            self.predictor.with_standing(causes),
+            self.fitted, self.held, self.references, self._vibrating,
+        )  # fmt: skip
 
     def floor(self, drive: Drive) -> Floor:
         """Return noise and expected misfit under a drive."""
@@ -122,13 +123,14 @@ class Study:
             self._baselines[drive] = self._measure(drive)
         return self._baselines[drive]
 
+    def _left(self, parts: Sequence[TrialPart], drive: Drive) -> list[PartError]:
+        left = errors(self.predictor, parts, drive)
+        return [PartError(part, one) for part, one in zip(parts, left, strict=True)]
+
     def _measure(self, drive: Drive) -> tuple[Floor, tuple[Healthy, ...]]:
         """Where references predict each other worse than the floor has it, it is raised."""
         channels = self.simulator.channels
-        known = list(
-            zip(self.references, errors(self.predictor, self.references, drive), strict=True)
-        )
-        own = list(zip(self.fitted, errors(self.predictor, self.fitted, drive), strict=True))
+        known, own = self._left(self.references, drive), self._left(self.fitted, drive)
         floor = make_floor(channels, known, own)
         conditions = [part.condition for part in self.fitted]
         healthy = healthy_runs(channels, known, conditions, self.fitted_share)
@@ -164,4 +166,17 @@ def make_study(
         raise GapError("there is no trial to diagnose; give at least one")
     fitted, held = split(simulator, trials, hold_out)
     known = whole_parts(simulator, references, len(trials))
-    return Study(Predictor(simulator, (*trials, *references), elsewhere), fitted, held, known)
+    predictor = Predictor(simulator, (*trials, *references), elsewhere)
+    find = partial(_vibrations, simulator, (*fitted, *held), known)
+    return Study(predictor, fitted, held, known, meanwhile(find, predictor.at_once))
+
+
+def _vibrations(
+    simulator: Simulator, parts: Sequence[TrialPart], references: Sequence[TrialPart]
+) -> dict[str, ChannelVibration]:
+    every = {
+        effect.name: vibration_of(effect.shaking, simulator.channels, parts, references)
+        for effect in simulator.effects
+        if effect.shaking
+    }
+    return {name: one for name, one in every.items() if one is not None}

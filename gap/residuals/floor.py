@@ -12,11 +12,10 @@ import numpy as np
 
 from gap.constants import GAIT_CORRELATION, LOG_FREQUENCY
 from gap.interfaces import Channel
+from gap.residuals.part_error import PartError, phase_basis, rms
 from gap.residuals.parts import RunCondition, TrialPart
-from model.values.arrays import BoolArray, FloatArray
+from model.values.arrays import FloatArray
 
-HARMONICS = 6
-SHORTEST_CYCLES = 1.5  # of a run whose harmonics are measured
 WHOLE_CYCLES = 2  # of a run whose cycles are compared with each other
 RATIOS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # repeat variance over misfit variance
 FEW_RATIO = 0.1
@@ -70,56 +69,37 @@ class Floor:
         return ExpectedMisfit(mean, variance * (1.0 + 2.0 / count))
 
 
-def phase_basis(part: TrialPart) -> FloatArray:
-    """Return constant and harmonics of the phase, (F, K), each of mean square 1 over whole cycles."""
-    cycle = part.observation.cycle
-    one = np.ones((part.frames, 1))
-    if not np.isfinite(cycle).all():
-        return one
-    angle = 2 * np.pi * cycle[:, None] * np.arange(1, HARMONICS + 1)
-    every = np.hstack([one, np.sqrt(2) * np.cos(angle), np.sqrt(2) * np.sin(angle)])
-    return every[:, : part.frames]
-
-
-def _measurable(part: TrialPart) -> int:
-    """Return how many of the columns of ``phase_basis`` a part is long enough to measure."""
-    cycle = part.observation.cycle
-    turned = abs(cycle[-1] - cycle[0]) >= SHORTEST_CYCLES
-    return phase_basis(part).shape[1] if turned else 1
-
-
 def make_floor(
-    channels: Sequence[Channel],
-    references: Sequence[tuple[TrialPart, FloatArray]],
-    trials: Sequence[tuple[TrialPart, FloatArray]],
+    channels: Sequence[Channel], references: Sequence[PartError], trials: Sequence[PartError]
 ) -> Floor:
     """Measure the floor.
 
     Args:
         channels: C of them.
-        references: Each reference with measured minus predicted, (F, C); NaN where unused.
-        trials: The trials to fit to in the same way; their own scatter counts if there is no reference.
+        references: What the simulator leaves of each reference.
+        trials: Of the trials to fit to; their own scatter counts if there is no reference.
     """
-    known = references or [(part, without_drift(part, error)) for part, error in trials]
-    noise = np.median([np.nanmedian(part.observation.noise, axis=0) for part, _ in known], axis=0)
-    widths = [_measurable(part) for part, _ in known]
+    known = references or [
+        PartError(one.part, without_drift(one.part, one.error)) for one in trials
+    ]
+    noise = np.median([one.noise for one in known], axis=0)
+    widths = [one.measurable for one in known]
     if references:
         widths = [min(widths)] * len(known)
-    fits = [_locked(part, error, width) for (part, error), width in zip(known, widths, strict=True)]
-    rests = [error - locked for (_, error), (locked, _) in zip(known, fits, strict=True)]
-    dependence, c = dependence_of(rests), len(channels)
+    fits = [one.repeating(width) for one, width in zip(known, widths, strict=True)]
+    dependence, c = np.median([fit.dependence for fit in fits], axis=0), len(channels)
     if not references:
-        sigma = np.fmax(noise, _pooled([_scatter(part, error) for part, error in known]))
+        sigma = np.fmax(noise, _pooled([_scatter(one.part, one.error) for one in known]))
         source = "cycles" if max(widths) > 1 else "sensors"
         return Floor(
             source, sigma, dependence, (), np.zeros((0, 0, c)), np.zeros((0, c)), np.zeros(c)
         )
-    sigma = np.fmax(_pooled([rms(rest) for rest in rests]), noise * np.ones(c))
-    coefficients = np.array([fitted for _, fitted in fits])
-    conditions = tuple(part.condition for part, _ in references)
+    sigma = np.fmax(_pooled([fit.rest for fit in fits]), noise * np.ones(c))
+    coefficients = np.array([fit.coefficients for fit in fits])
+    conditions = tuple(one.part.condition for one in references)
     power, ratio = _spread(channels, coefficients, conditions)
     # a coefficient cannot be known better than noise lets it be measured
-    frames = np.mean([part.frames for part, _ in references])
+    frames = np.mean([one.part.frames for one in references])
     power = np.fmax(power, sigma**2 * dependence / frames)
     return Floor("references", sigma, dependence, conditions, coefficients, power, ratio)
 
@@ -165,20 +145,6 @@ def _correlation(some: Sequence[RunCondition], others: Sequence[RunCondition]) -
     return out
 
 
-def _locked(part: TrialPart, error: FloatArray, width: int) -> tuple[FloatArray, FloatArray]:
-    """Least squares on the phase's harmonics: the fitted part (F, C) and its coefficients (K, C)."""
-    basis = phase_basis(part)[:, :width]
-    coefficients = np.zeros((basis.shape[1], error.shape[1]))
-    known = np.isfinite(error)
-    for c in range(error.shape[1]):
-        on = known[:, c]
-        if on.sum() > 2 * basis.shape[1]:
-            rows = basis[on]
-            gram = rows.T @ rows + 1e-3 * on.sum() * np.eye(basis.shape[1])
-            coefficients[:, c] = np.linalg.solve(gram, rows.T @ error[on, c])
-    return basis @ coefficients, coefficients
-
-
 def without_drift(part: TrialPart, error: FloatArray) -> FloatArray:
     """Return errors, (F, C), without what grows evenly from cycle to cycle; their means stay.
 
@@ -221,32 +187,5 @@ def _scatter(part: TrialPart, error: FloatArray) -> FloatArray:
     return 1.4826 * np.array(middle)
 
 
-def rms(values: FloatArray) -> FloatArray:
-    """Root mean square of the columns of (F, C) without NaN, (C,); 0 where there is nothing else."""
-    known = np.isfinite(values)
-    total = np.where(known, values, 0.0)
-    return np.asarray(np.sqrt(np.sum(total**2, axis=0) / np.fmax(known.sum(axis=0), 1)))
-
-
 def _pooled(sigmas: Sequence[FloatArray]) -> FloatArray:
     return np.asarray(np.sqrt(np.mean(np.square(sigmas), axis=0)))
-
-
-def dependence_of(errors: Sequence[FloatArray]) -> FloatArray:
-    """Integrated autocorrelation time in frames, (C,), the median over parts, at least 1."""
-    times = []
-    for error in errors:
-        frames = len(error)
-        known = np.isfinite(error)
-        mean = np.where(known, error, 0.0).sum(axis=0) / np.fmax(known.sum(axis=0), 1)
-        centred = np.where(known, error - mean, 0.0)
-        size = 2 ** int(np.ceil(np.log2(2 * frames)))
-        spectrum = np.abs(np.fft.rfft(centred, size, axis=0)) ** 2
-        lags = np.fft.irfft(spectrum, size, axis=0)[: max(frames // 4, 2)]
-        lags = lags / np.where(lags[0] > 0, lags[0], 1.0)
-        # summed up to the first lag that is not above chance
-        gone = lags < 0.1
-        end = np.where(gone.any(axis=0), gone.argmax(axis=0), len(lags))
-        before: BoolArray = np.arange(len(lags))[:, None] < end
-        times.append(np.clip(2 * np.sum(lags * before, axis=0) - 1, 1.0, max(frames / 8, 1.0)))
-    return np.asarray(np.median(times, axis=0))

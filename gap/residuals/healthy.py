@@ -9,6 +9,7 @@ import numpy as np
 from gap.interfaces import Channel
 from gap.residuals.evidence import mean_energy
 from gap.residuals.floor import make_floor
+from gap.residuals.part_error import PartError
 from gap.residuals.parts import RunCondition, TrialPart, block_starts
 from gap.residuals.whitening import Whitener, make_whitener
 from model.values.arrays import FloatArray, IntArray
@@ -44,7 +45,7 @@ class Healthy:
 
 def healthy_runs(
     channels: Sequence[Channel],
-    references: Sequence[tuple[TrialPart, FloatArray]],
+    references: Sequence[PartError],
     conditions: Sequence[RunCondition] = (),
     share: float = 1.0,
 ) -> tuple[Healthy, ...]:
@@ -55,17 +56,17 @@ def healthy_runs(
 
     Args:
         channels: C of them.
-        references: Each with measured minus predicted, (F, C).
+        references: What the simulator leaves of each.
         conditions: Those of the trials.
         share: Of each run, from its start, that the trials are fitted to: energies are of that much of a
             reference, because a machine that starts walking shows more than one that walks.
     """
     if len(references) < 2:
         return ()
-    own = [part.condition for part, _ in references]
+    own = [one.part.condition for one in references]
     distance = max((nearest(one, own) for one in conditions), default=SAME_CONDITION)
     each = []
-    for i, (part, error) in enumerate(references):
+    for i, (part, error) in enumerate((one.part, one.error) for one in references):
         others = [
             r for k, r in enumerate(references) if k != i and apart(own[i], own[k]) >= distance
         ]

@@ -59,6 +59,10 @@ def _install(shared: _Shared) -> None:
     _installed[:] = [shared]
 
 
+def _started() -> None:
+    """Take the first task, with which processes begin."""
+
+
 def _predict_into_slots(
     first: int, requests: Sequence[PredictionRequest]
 ) -> list[Shape | FloatArray]:
@@ -154,4 +158,5 @@ def prediction_pool(
     for lane in range(LANES):
         lanes.put(lane)
     with worker_pool(workers, partial(_install, shared), inherit=True) as pool:
+        pool.submit(_started).result()  # forks them all: this process has no other threads yet
         yield PooledPredictions(pool, workers, shared, lanes)

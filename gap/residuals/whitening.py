@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.interfaces import used
-from gap.residuals.floor import ExpectedMisfit, Floor, phase_basis
+from gap.residuals.floor import ExpectedMisfit, Floor
+from gap.residuals.part_error import phase_basis
 from gap.residuals.parts import TrialPart
 from model.compiled import compiled
 from model.values.arrays import FloatArray, given_rows

@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import cache
 from typing import TypeVar
 
 Question = TypeVar("Question")
@@ -31,3 +32,17 @@ def ahead_of(
                 yield coming.popleft().result()
         while coming:
             yield coming.popleft().result()
+
+
+def meanwhile(find: Callable[[], Answer], at_once: int) -> Callable[[], Answer]:
+    """Begin to find something that takes no predictions, and return what to call for the answer.
+
+    A thread of its own finds it while others wait for predictions. Where nothing is done at once
+    (1), it is found when it is first asked for.
+    """
+    if at_once == 1:
+        return cache(find)
+    thread = ThreadPoolExecutor(1)
+    coming = thread.submit(find)
+    thread.shutdown(wait=False)  # nothing more is asked of it
+    return coming.result

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import lapack
 
 from gap.constants import DAY_MEAN, DAY_WORTH
 from model.values.arrays import FloatArray
@@ -50,12 +51,12 @@ def likeliest_day_share(runs: PulledRuns) -> float:
     """Return by which share of its spread any parameter differs between runs, if all do alike."""
     nats = []
     for share in SHARES:
-        mean, inverse = _mean(runs, np.full(runs.pulls.shape[1], share**2))
+        mean, inverse, logdet = _mean(runs, np.full(runs.pulls.shape[1], share**2))
         total = -0.5 * float(mean @ mean) / DAY_MEAN**2
         for part, pull in runs.each:
             left = pull - runs.grams[part] @ mean
             total += 0.5 * share**2 * float(left @ inverse[part] @ left)
-            total += 0.5 * float(np.linalg.slogdet(inverse[part])[1])
+            total -= 0.5 * logdet[part]
         nats.append(total)
     return SHARES[int(np.argmax(nats))]
 
@@ -70,7 +71,7 @@ def day_variances(runs: PulledRuns, share: float) -> FloatArray:
     count = len(runs.parts)
     variance = np.full(runs.pulls.shape[1], share**2)
     for _ in range(ROUNDS):
-        mean, inverse = _mean(runs, variance)
+        mean, inverse, _ = _mean(runs, variance)
         square = np.zeros(len(variance))
         for part, pull in runs.each:
             size = variance * (inverse[part] @ (pull - runs.grams[part] @ mean))
@@ -81,16 +82,33 @@ def day_variances(runs: PulledRuns, share: float) -> FloatArray:
     return variance
 
 
-def _mean(runs: PulledRuns, variance: FloatArray) -> tuple[FloatArray, dict[int, FloatArray]]:
-    """Size of each change that is common to runs, (K,), and (1 + gram variance)^-1 of each part."""
-    one = np.eye(len(variance))
-    inverse: dict[int, FloatArray] = {
-        part: np.asarray(np.linalg.inv(one + runs.grams[part] * variance))
-        for part in set(runs.parts)
-    }
+def _mean(
+    runs: PulledRuns, variance: FloatArray
+) -> tuple[FloatArray, dict[int, FloatArray], dict[int, float]]:
+    """Size of each change that is common to runs, (K,); of each part (1 + gram variance)^-1, and ln det.
+
+    The logarithm is that of the determinant of the matrix that is inverted.
+    """
+    one, deviation = np.eye(len(variance)), np.sqrt(variance)
+    inverse, logdet = {}, {}
+    for part in set(runs.parts):
+        # symmetric with the deviations on both sides, so that Cholesky's factor inverts it
+        inverse[part], logdet[part] = _inverse(
+            one + deviation[:, None] * runs.grams[part] * deviation
+        )
+        inverse[part] = inverse[part] * (deviation / deviation[:, None])
     weight, pull = one / DAY_MEAN**2, np.zeros(len(variance))
     for part, own in runs.each:
         pull = pull + inverse[part] @ own
     for part, by in inverse.items():
         weight = weight + runs.parts.count(part) * (by @ runs.grams[part])
-    return np.asarray(np.linalg.solve(weight, pull)), inverse
+    return np.asarray(np.linalg.solve(weight, pull)), inverse, logdet
+
+
+def _inverse(positive: FloatArray) -> tuple[FloatArray, float]:
+    """Inverse of a positive definite matrix, and the logarithm of its determinant."""
+    factor, _ = lapack.dpotrf(positive, lower=1)
+    half, _ = lapack.dpotri(factor, lower=1)
+    lower = np.tril(half)
+    logdet = 2.0 * float(np.log(np.diagonal(factor)).sum())
+    return lower + np.tril(half, -1).T, logdet

@@ -20,7 +20,7 @@ from gap.residuals.healthy import Healthy, nearest
 from gap.search.days import day_variances, likeliest_day_share
 from gap.search.novelty import chance_of
 from gap.search.run_fits import FitsElsewhere, LaidRuns, RunFits, fits_of, lay, sizes_alike
-from gap.search.scatter import Scatter, UsualScatter, pooled, usual_scatter, variance_of
+from gap.search.scatter import Scatter, UsualScatter, pooled, usual_scatter, variances_of
 from gap.search.screen import Signature, Signatures
 from gap.search.sizes import Sizes, ahead_of, likeliest_share
 from model.values.arrays import FloatArray
@@ -232,9 +232,10 @@ def _usual_of_kind(changes: Sequence[_Sizes], runs: Sequence[int], at_a_joint: b
     shown = [(one, sizes) for one, sizes in kind if len(sizes) >= FEWEST_SEEN]
     weights = np.array([one.weight for one, _ in shown])
     differ = likeliest_share([sizes for _, sizes in shown], weights)
-    variances = [variance_of(sizes, differ) * one.mean_energy(runs) for one, sizes in shown]
+    energies = np.array([one.mean_energy(runs) for one, _ in shown])
+    variances = variances_of([sizes for _, sizes in shown], differ) * energies
     frees = np.array([len(sizes) - 1.0 for _, sizes in shown])
-    return usual_scatter(np.array(variances), frees, weights, differ)
+    return usual_scatter(variances, frees, weights, differ)
 
 
 def in_sizes(usual: UsualScatter, own: RunFits, direction: FloatArray) -> Scatter:

@@ -1,7 +1,7 @@
 """One more cause: the best candidate that is new, beside what is known of healthy runs."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -77,7 +77,12 @@ class Known:
 
     runs: Evidence
     each: Sequence[Healthy]
-    search: HealthySearch
+    searched: Callable[[], HealthySearch]
+
+    @property
+    def search(self) -> HealthySearch:
+        """What the search finds in healthy runs, waited for where it is still under way."""
+        return self.searched()
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,6 +30,8 @@ class RunFits:
 
     def energy(self, direction: FloatArray) -> FloatArray:
         """Return the energy of a change in each run, one over the variance of its size by noise, (R,)."""
+        if len(direction) == 1:
+            return np.asarray(self.gram[:, 0, 0] * direction[0] ** 2)
         return np.asarray(np.einsum("d,rde,e->r", direction, self.gram, direction))
 
     def along(self, direction: FloatArray) -> Sizes:
@@ -151,12 +153,14 @@ def fits_of(
     if variance is not None:
         own[laid.linear] = variance
         pulls, grams = _without(laid, variance)
+    each_gram = np.array([grams[part] for part in sorted(set(runs.parts))])
+    of_run = np.searchsorted(sorted(set(runs.parts)), runs.parts)[:, None, None]
     made: dict[str, list[RunFits]] = {}
     for one in signatures.each:
         rows = list(one.rows) if one.offset < 0 else [one.offset]
         if not rows:
             continue
-        gram = np.array([grams[part][np.ix_(rows, rows)] for part in runs.parts])
+        gram = each_gram[of_run, np.array(rows)[:, None], np.array(rows)]
         pull = pulls[:, rows]
         if own[rows].any():
             # generalised least squares of a change are the same with and without it among the rest

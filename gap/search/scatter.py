@@ -13,7 +13,7 @@ import numpy as np
 from scipy import special
 
 from gap.constants import JOINTS_DIFFER, JOINTS_DIFFER_WORTH
-from gap.search.sizes import Sizes, scatter_of
+from gap.search.sizes import Sizes, scatter_of, scatters_of
 from model.values.arrays import FloatArray
 
 MOST_FREE = 1e6  # degrees of freedom that count as a variance that is known
@@ -74,7 +74,7 @@ def pooled(own: Sequence[Sizes], others: Sequence[Sizes], usual: Scatter = UNKNO
         return steadied(alone, usual)
     known = own[-1]
     groups = [*there, known] if len(known) >= FEWEST_SIZES else there
-    variances = np.array([variance_of(one, usual.gaits_differ) for one in groups])
+    variances = variances_of(groups, usual.gaits_differ)
     logs = np.log(np.maximum(variances, 1e-12 * max(float(variances.mean()), 1e-300)))
     frees = np.array([len(one) - 1.0 for one in groups])
     prior_free = 2.0 * trigamma_inverse(_differ(logs, frees))
@@ -162,10 +162,10 @@ def _trigamma(value: FloatArray | float) -> FloatArray:
     return np.asarray(special.zeta(2.0, value))
 
 
-def variance_of(one: Sizes, gaits_differ: float) -> float:
-    """Return the variance of sizes between runs of one gait, of two or more."""
-    square, free = scatter_of([one], gaits_differ)
-    return square / free
+def variances_of(each: Sequence[Sizes], gaits_differ: float) -> FloatArray:
+    """Return the variance between runs of one gait of each of K groups of two or more, (K,)."""
+    frees = np.array([len(one) - 1.0 for one in each])
+    return np.asarray(scatters_of(each, gaits_differ) / frees)
 
 
 def scatter(groups: Sequence[FloatArray]) -> tuple[float, int]:

@@ -227,34 +227,62 @@ def gains(signatures: Signatures, residual: FloatArray, weights: FloatArray) -> 
 
     The residual is whitened, (F, C), as is the weight of each of its values.
     """
-    weight = weights.astype(np.float32).ravel()
-    pull = (residual.astype(np.float32).ravel() * weight).astype(np.float32)
-    along = (signatures.matrix @ pull).astype(np.float64)
-    best: dict[tuple[str, tuple[str, ...]], Gain] = {}
-    for one in signatures.each:
-        gain = _gain(one, signatures.matrix, along, weight)
-        old = best.get(one.candidate.key)
-        if old is None or gain.nats > old.nats:
-            best[one.candidate.key] = gain
-    return sorted(best.values(), key=lambda g: (-g.nats, g.signature.candidate.key))
+    return Weighed(signatures, weights).gains(residual)
 
 
-def _gain(
-    one: Signature, matrix: NDArray[np.float32], along: FloatArray, weight: NDArray[np.float32]
-) -> Gain:
+class Weighed:
+    """Signatures with the weight of each value of a residual, (F, C): their products are made once."""
+
+    def __init__(self, signatures: Signatures, weights: FloatArray) -> None:
+        self.signatures = signatures
+        self._weight = weights.astype(np.float32).ravel()
+        self._products = [
+            _products(one, signatures.matrix, self._weight) for one in signatures.each
+        ]
+
+    def gains(self, residual: FloatArray) -> list[Gain]:
+        """Return what each candidate would gain of a whitened residual, (F, C), as ``gains`` does."""
+        pull = (residual.astype(np.float32).ravel() * self._weight).astype(np.float32)
+        along = (self.signatures.matrix @ pull).astype(np.float64)
+        best: dict[tuple[str, tuple[str, ...]], Gain] = {}
+        for one, products in zip(self.signatures.each, self._products, strict=True):
+            gain = _gain(one, products, along)
+            old = best.get(one.candidate.key)
+            if old is None or gain.nats > old.nats:
+                best[one.candidate.key] = gain
+        return sorted(best.values(), key=lambda g: (-g.nats, g.signature.candidate.key))
+
+
+class _Products(NamedTuple):
+    """Of a signature's D rows with each other, (D, D), with its offset, (D,), and of that with itself."""
+
+    gram: FloatArray
+    with_offset: FloatArray
+    of_offset: float
+
+
+def _products(
+    one: Signature, matrix: NDArray[np.float32], weight: NDArray[np.float32]
+) -> _Products:
     rows = matrix[list(one.rows)]
     weighted = rows * weight
     gram = (weighted @ rows.T).astype(np.float64)
-    pull, nats = along[list(one.rows)], 0.0
+    if one.offset < 0:
+        return _Products(gram, np.zeros(len(rows)), 0.0)
+    offset = matrix[one.offset]
+    with_offset = (weighted @ offset).astype(np.float64)
+    return _Products(gram, with_offset, float((offset * weight) @ offset))
+
+
+def _gain(one: Signature, products: _Products, along: FloatArray) -> Gain:
+    gram, pull, nats = products.gram, along[list(one.rows)] - products.with_offset, 0.0
     if one.offset >= 0:
-        offset = matrix[one.offset]
-        pull = pull - (weighted @ offset).astype(np.float64)
-        nats = float(along[one.offset] - 0.5 * (offset * weight) @ offset)
+        nats = float(along[one.offset]) - 0.5 * products.of_offset
+    values = list(one.start)
     parameters = one.candidate.effect.parameters
     spread = np.array([parameters[i].spread for i in one.live])
     start = np.array([one.start[i] for i in one.live])
     neutral = np.array([parameters[i].neutral for i in one.live])
-    values = list(one.start)
     if len(spread):
         away = (start - neutral) / spread
         step = np.linalg.solve(gram + np.eye(len(spread)), pull - away)

@@ -36,8 +36,17 @@ class Sizes:
 
     def taken(self, runs: Sequence[int]) -> "Sizes":
         """Return those of some runs, without those that do not show it (NaN)."""
-        kept = [run for run in runs if np.isfinite(self.values[run])]
-        return Sizes(self.values[kept], tuple(self.gaits[run] for run in kept))
+        values = self.values[list(runs)]
+        seen = np.isfinite(values)
+        if seen.all():
+            return Sizes(values, _gaits_of(self.gaits, tuple(runs)))
+        kept = tuple(run for run, shown in zip(runs, seen, strict=True) if shown)
+        return Sizes(values[seen], _gaits_of(self.gaits, kept))
+
+
+@lru_cache(maxsize=1024)
+def _gaits_of(gaits: tuple[str, ...], runs: tuple[int, ...]) -> tuple[str, ...]:
+    return tuple(gaits[run] for run in runs)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,6 +98,25 @@ def scatter_of(groups: Sequence[Sizes], gaits_differ: float) -> tuple[float, int
     return max(float(values @ one.square @ values), 0.0), one.free
 
 
+def scatters_of(each: Sequence[Sizes], gaits_differ: float) -> FloatArray:
+    """Return the squares of sizes about their mean, summed, of each of K groups by itself, (K,)."""
+    squares = np.zeros(len(each))
+    for gaits, numbers in _by_gaits(each).items():
+        values = np.array([each[number].values for number in numbers])
+        form = design((gaits,), gaits_differ).square
+        squares[numbers] = np.maximum(np.einsum("kn,nm,km->k", values, form, values), 0.0)
+    return squares
+
+
+def _by_gaits(each: Sequence[Sizes]) -> dict[tuple[str, ...], list[int]]:
+    """Numbers of the groups whose runs have these gaits, in their order; groups without runs are none."""
+    alike: dict[tuple[str, ...], list[int]] = {}
+    for number, one in enumerate(each):
+        if len(one):
+            alike.setdefault(one.gaits, []).append(number)
+    return alike
+
+
 def ahead_of(seen: Sizes, known: Sizes, gaits_differ: float) -> tuple[float, float]:
     """Return by how much sizes are ahead of those that are known, and its variance in units of a run's.
 
@@ -114,10 +142,13 @@ def likeliest_share(changes: Sequence[Sizes], weights: FloatArray) -> float:
         weights: Of each, (K,).
     """
     nats = np.zeros(len(SHARES))
-    for one, weight in zip(changes, weights, strict=True):
-        for number, share in enumerate(SHARES):
-            square, free = scatter_of([one], share)
-            if square > 0.0:
-                logdet = design((one.gaits,), share).logdet
-                nats[number] -= 0.5 * weight * (logdet + free * np.log(square))
+    alike = _by_gaits(changes)
+    for number, share in enumerate(SHARES):
+        squares = scatters_of(changes, share)
+        for gaits, own in alike.items():
+            one = design((gaits,), share)
+            square, weight = squares[own], weights[own]
+            logs = np.log(square, out=np.zeros(len(own)), where=square > 0.0)
+            nats[number] -= 0.5 * weight[square > 0.0].sum() * one.logdet
+            nats[number] -= 0.5 * one.free * float(weight @ logs)
     return SHARES[int(np.argmax(nats > nats.max() - SAME_LIKELIHOOD))]

@@ -12,6 +12,7 @@ from gap.diagnosis.probability import Fit, none_of_them
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Drive
 from gap.residuals.healthy import healthy_runs
+from gap.residuals.part_error import PartError
 from gap.residuals.parts import RunCondition, whole_parts
 from gap.search.candidates import starts_of
 from model.effects.machine_scale import USUAL_SIZE
@@ -67,7 +68,7 @@ def test_an_unseen_frequency_is_judged_by_references_of_other_frequencies() -> N
         for i, (hz, g) in enumerate(CONDITIONS)
     ]
     known = [
-        (part, part.observation.values - toy.predict(run, (), Drive.MEASURED))
+        PartError(part, part.observation.values - toy.predict(run, (), Drive.MEASURED))
         for run, part in zip(runs, whole_parts(toy, runs), strict=True)
     ]
     seen = healthy_runs(CHANNELS, known, [RunCondition("walk", 0.5)])

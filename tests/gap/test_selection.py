@@ -51,7 +51,7 @@ def evidences(
         return found, None
     signatures = make_signatures(found, candidates_of(toy), (), lambda share: None)
     each = study.healthy_runs(study.local)
-    return found, Known(runs, each, search_healthy(found, signatures, each))
+    return found, Known(runs, each, lambda: search_healthy(found, signatures, each))
 
 
 def select_all(found: Evidence, healthy: Known | None, toy: Simulator, search: Search) -> Selection:

@@ -87,6 +87,8 @@ class LeggedChain:
         self._machine = machine
         # settings compare by value, inputs by identity: what was solved before is found again
         self._plain_walk = lru_cache(maxsize=REMEMBERED)(self._walk)
+        # apart, as walks that are needed once would push out these, which many need
+        self._lawful = lru_cache(maxsize=REMEMBERED)(self._with_laws)
         self._known_shafts, self._known_feet = SolvedOnArrays(), SolvedOnArrays()
         self._known_standing, self._known_world = SolvedOnArrays(), SolvedOnArrays()
         self._perfect = lru_cache(maxsize=REMEMBERED)(_as_perfect)
@@ -112,6 +114,10 @@ class LeggedChain:
         laws = _laws_of(settings)
         if settings == laws or not settings.has("coulomb_friction"):
             return None
+        return self._lawful(inputs, laws, drive)
+
+    def _with_laws(self, inputs: LeggedInputs, laws: Settings, drive: Drive) -> Sliding:
+        """Answer of a trial with laws alone."""
         known = self._perfect(inputs, _of_sensors(laws)) if drive is Drive.MEASURED else inputs
         return self.walk(known, laws, drive).sliding
 

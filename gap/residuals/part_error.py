@@ -1,0 +1,109 @@
+"""What a simulator leaves of a part of a run: what repeats with the phase of the gait, and the rest.
+
+A floor is measured from many sets of the same references, as each of them is judged by the others; what one
+of them adds is computed once.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from gap.residuals.parts import TrialPart
+from model.values.arrays import BoolArray, FloatArray
+
+HARMONICS = 6
+SHORTEST_CYCLES = 1.5  # of a run whose harmonics are measured
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Repeating:
+    """Least squares on the phase's first harmonics.
+
+    Attributes:
+        coefficients: Of the K columns of the basis, (K, C).
+        rest: Root mean square of what they leave, (C,).
+        dependence: Its integrated autocorrelation time in frames, (C,).
+    """
+
+    coefficients: FloatArray
+    rest: FloatArray
+    dependence: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class PartError:
+    """Measured minus predicted of a part of a run, (F, C); NaN where unused."""
+
+    part: TrialPart
+    error: FloatArray
+    _by_width: dict[int, Repeating] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def noise(self) -> FloatArray:
+        """Median noise of each channel's sensor, (C,)."""
+        return np.asarray(np.nanmedian(self.part.observation.noise, axis=0))
+
+    @cached_property
+    def measurable(self) -> int:
+        """How many of the columns of ``phase_basis`` the part is long enough to measure."""
+        cycle = self.part.observation.cycle
+        turned = abs(cycle[-1] - cycle[0]) >= SHORTEST_CYCLES
+        return phase_basis(self.part).shape[1] if turned else 1
+
+    def repeating(self, width: int) -> Repeating:
+        """Return what repeats with the phase, by so many columns of ``phase_basis``."""
+        if width not in self._by_width:
+            repeated, coefficients = _locked(self.part, self.error, width)
+            rest = self.error - repeated
+            self._by_width[width] = Repeating(coefficients, rms(rest), _dependence(rest))
+        return self._by_width[width]
+
+
+def phase_basis(part: TrialPart) -> FloatArray:
+    """Return constant and harmonics of the phase, (F, K), each of mean square 1 over whole cycles."""
+    cycle = part.observation.cycle
+    one = np.ones((part.frames, 1))
+    if not np.isfinite(cycle).all():
+        return one
+    angle = 2 * np.pi * cycle[:, None] * np.arange(1, HARMONICS + 1)
+    every = np.hstack([one, np.sqrt(2) * np.cos(angle), np.sqrt(2) * np.sin(angle)])
+    return every[:, : part.frames]
+
+
+def _locked(part: TrialPart, error: FloatArray, width: int) -> tuple[FloatArray, FloatArray]:
+    """Least squares on the phase's harmonics: the fitted part (F, C) and its coefficients (K, C)."""
+    basis = phase_basis(part)[:, :width]
+    coefficients = np.zeros((basis.shape[1], error.shape[1]))
+    known = np.isfinite(error)
+    for c in range(error.shape[1]):
+        on = known[:, c]
+        if on.sum() > 2 * basis.shape[1]:
+            rows = basis[on]
+            gram = rows.T @ rows + 1e-3 * on.sum() * np.eye(basis.shape[1])
+            coefficients[:, c] = np.linalg.solve(gram, rows.T @ error[on, c])
+    return basis @ coefficients, coefficients
+
+
+def rms(values: FloatArray) -> FloatArray:
+    """Root mean square of the columns of (F, C) without NaN, (C,); 0 where there is nothing else."""
+    known = np.isfinite(values)
+    total = np.where(known, values, 0.0)
+    return np.asarray(np.sqrt(np.sum(total**2, axis=0) / np.fmax(known.sum(axis=0), 1)))
+
+
+def _dependence(error: FloatArray) -> FloatArray:
+    """Integrated autocorrelation time in frames, (C,), at least 1."""
+    frames = len(error)
+    known = np.isfinite(error)
+    mean = np.where(known, error, 0.0).sum(axis=0) / np.fmax(known.sum(axis=0), 1)
+    centred = np.where(known, error - mean, 0.0)
+    size = 2 ** int(np.ceil(np.log2(2 * frames)))
+    spectrum = np.abs(np.fft.rfft(centred, size, axis=0)) ** 2
+    lags = np.fft.irfft(spectrum, size, axis=0)[: max(frames // 4, 2)]
+    lags = lags / np.where(lags[0] > 0, lags[0], 1.0)
+    # summed up to the first lag that is not above chance
+    gone = lags < 0.1
+    end = np.where(gone.any(axis=0), gone.argmax(axis=0), len(lags))
+    before: BoolArray = np.arange(len(lags))[:, None] < end
+    return np.asarray(np.clip(2 * np.sum(lags * before, axis=0) - 1, 1.0, max(frames / 8, 1.0)))
