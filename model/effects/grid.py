@@ -20,6 +20,7 @@ WORKING_HZ = 50.0
 TWIST_WINDOW_S = 0.25  # the paper's: order 2, 25 samples at 100 Hz
 FOOT_WINDOW_S = 0.13  # short, so that the body's velocity is not smoothed twice
 ORDER = 2
+GIVEN_BACK = 2  # times
 LONGEST_HOLE_S = 0.06  # a shorter one is bridged
 SHORTEST_TRIAL_S = 1.0
 DOWN = np.array([0.25, 0.5, 0.25])
@@ -64,6 +65,34 @@ class Grid:
         flat = given_rows(values).reshape(len(values), -1)
         _slopes(flat, half, self._lever(half), slope.reshape(flat.shape))
         return slope
+
+    def given_back(self, slope: FloatArray, seconds: float, windows: int) -> FloatArray:
+        """Return a slope with most of what so many windows in a row took from it, (W, K).
+
+        A slope over a window is the derivative, smoothed: at half the window's rate a quarter is missing.
+        What smoothing takes once more from what it left is added, twice (twicing, Tukey 1977, Exploratory
+        Data Analysis, chapter 16): of 0.6 this makes 0.94. What is missing altogether does not come back.
+        """
+        kernel, half = self._smoothing(seconds), self.window(seconds) // 2
+        back = slope
+        for _ in range(GIVEN_BACK):
+            smooth = back
+            for _ in range(windows):
+                wide = np.pad(smooth, ((half, half), (0, 0)), mode="edge")
+                columns = [np.convolve(column, kernel, "valid") for column in wide.T]
+                smooth = np.stack(columns, axis=1)
+            back = slope + (back - smooth)
+        return back
+
+    def _smoothing(self, seconds: float) -> FloatArray:
+        """Weights of the derivatives, frame by frame, in a slope over a window."""
+        half = self.window(seconds) // 2
+        numbers = np.arange(half + 1)
+        # of the step from one frame to the next, and half of it for each of the two
+        steps = half * (half + 1) - numbers[:-1] * numbers[1:]
+        side = np.append(steps, 0.0) + np.append(steps[0], steps)
+        kernel = np.concatenate([side[:0:-1], side])
+        return np.asarray(kernel / kernel.sum())
 
     @property
     def is_moment(self) -> bool:

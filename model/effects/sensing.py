@@ -13,6 +13,7 @@ from model.motion.se2 import turned
 from model.values.arrays import FloatArray
 
 Signals = TypeVar("Signals", bound=SensorSignals)
+FORCE_WINDOW_S = 0.13  # as short as noise allows
 OF_FORCES = frozenset(
     {"force_gain", "force_bias", "force_drift", "force_rotation", "force_cross_talk"}
 )
@@ -39,16 +40,20 @@ def read_sensors(grid: Grid, truth: SensorSignals, settings: Settings) -> Sensor
 def true_signals(grid: Grid, read: Signals, settings: Settings) -> Signals:
     """Return signals as they would have been with perfect sensors.
 
-    The inverse of ``read_sensors`` but for a low pass, which is taken as the delay that it mostly is. What
-    no sensor error touches stays the array that it is.
+    The inverse of ``read_sensors``; what a low pass took comes back as far as noise allows, that is slower
+    than its slope's window. What no sensor error touches stays the array that it is.
     """
     if settings.has("encoder_scale"):
         read = replace(read, shaft_rad=read.shaft_rad / settings.each("encoder_scale")[0])
     if settings.has(*OF_FORCES):
         read = replace(read, force_n=true_forces(read.force_n, grid.time_s, settings))
-    if settings.has("force_delay", "force_lowpass"):
-        late_s = sum(settings.whole("force_delay") + settings.whole("force_lowpass"))
+    if settings.has("force_delay"):
+        (late_s,) = settings.whole("force_delay")
         read = replace(read, force_n=at_times(grid.time_s, read.force_n, grid.time_s + late_s))
+    if settings.has("force_lowpass"):
+        (lag_s,) = settings.whole("force_lowpass")
+        ahead = lag_s * grid.slope(read.force_n, FORCE_WINDOW_S)
+        read = replace(read, force_n=read.force_n + ahead)
     if settings.has("pose_delay", "clock_skew"):
         (delay_s,), (ratio,) = (settings.whole(e) for e in ("pose_delay", "clock_skew"))
         back = (grid.time_s + delay_s) * ratio

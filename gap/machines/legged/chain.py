@@ -218,7 +218,7 @@ class LeggedChain:
             walked = feet(machine, grid, angles, settings)
         solve = partial(self._traction, near=None if alike is None else self._start_of(alike))
         scene = Scene(machine, grid, settings, start.world, solve)
-        standing = self._stand(scene, walked, start.moving_B)
+        standing = self._stand(scene, walked, start.moving_B, measured=velocity is not None)
         load = standing.load_n
         if measured:
             seen = known.force_n[..., 2]
@@ -229,7 +229,14 @@ class LeggedChain:
         sliding = slide(scene, held, standing, load, give, velocity)
         return Walk(own, walked, standing, sliding, self._integrated(known, sliding))
 
-    def _stand(self, scene: Scene, walked: Feet, moving_B: FloatArray | None) -> Standing:  # noqa: N803
+    def _stand(
+        self,
+        scene: Scene,
+        walked: Feet,
+        moving_B: FloatArray | None,  # noqa: N803
+        *,
+        measured: bool,
+    ) -> Standing:
         """Loads and pose; most effects of friction and sensors share them."""
         looked_at = stands_on(scene.settings)
         bare = replace(scene, settings=looked_at)
@@ -237,7 +244,7 @@ class LeggedChain:
         return self._known_standing.of(
             arrays if moving_B is None else (*arrays, moving_B),
             looked_at,
-            lambda: stand(bare, walked, moving_B),
+            lambda: stand(bare, walked, moving_B, measured=measured),
         )
 
     def _start_of(self, near: Sliding) -> FloatArray:
