@@ -125,7 +125,7 @@ def stand(
     shaft_x = machine.legs.shaft_position[:, 0]
     sideways = sideways_force(scene)
     if velocity_B is not None and resists_motion(settings):
-        sideways = sideways + resistance(scene, velocity_B, measured=measured)[:, :2]
+        sideways = sideways + resistance(scene, velocity_B, smoothed=measured)[:, :2]
     if sideways.any():
         # it acts at the height of the body's origin, friction on the ground: the weight's line moves
         first, _ = _balance(signals, shaft_x, 0.0)

@@ -84,17 +84,20 @@ def _added_inertia(scene: Scene) -> tuple[float, float]:
     return mass, mass * float((arms**2).sum(axis=1).mean())
 
 
-def resistance(scene: Scene, velocity_B: FloatArray, *, measured: bool) -> FloatArray:  # noqa: N803
+def resistance(scene: Scene, velocity_B: FloatArray, *, smoothed: bool) -> FloatArray:  # noqa: N803
     """Wrench of drag and inertia at a known velocity, body axes, (W, 3) [N, N, N m].
 
-    One that was measured is the slope of a place: what two windows took of its change is given back.
+    Args:
+        scene: The robot on its ground.
+        velocity_B: vx, vy, yaw rate, (W, 3).
+        smoothed: It is the slope of a place: what two windows took of its change is given back.
     """
     (drag,) = scene.settings.whole("drag")
     wrench = -drag * velocity_B * [1.0, 1.0, 0.0]
     if scene.settings.has("inertia_lag") and not scene.grid.is_moment:
         mass, about_z = _added_inertia(scene)
         change = scene.grid.slope(velocity_B, TWIST_WINDOW_S)
-        if measured:
+        if smoothed:
             change = scene.grid.given_back(change, TWIST_WINDOW_S, windows=2)
         change[:, :2] += velocity_B[:, 2:] * np.stack([-velocity_B[:, 1], velocity_B[:, 0]], axis=1)
         wrench = wrench - change * [mass, mass, about_z]
@@ -125,10 +128,10 @@ def pushes(
         along = DRAG_OF_DEVIATION * drag + mass / DEVIATION_S
         about = about_z / DEVIATION_S
         held = (velocity_B - aside) * [along, along, about]
-        return Pushes(wrench + resistance(scene, velocity_B, measured=True) + held, along, about)
+        return Pushes(wrench + resistance(scene, velocity_B, smoothed=True) + held, along, about)
     inertia = None
     if scene.settings.has("inertia_lag"):
         inertia = Inertia(mass, about_z, np.full(3, np.nan))
         if before is not None:
             inertia = Inertia(mass, about_z, before.velocity_B, before.since_s)
-    return Pushes(wrench + resistance(scene, aside, measured=False), drag, inertia=inertia)
+    return Pushes(wrench + resistance(scene, aside, smoothed=True), drag, inertia=inertia)

@@ -84,3 +84,25 @@ def test_whitened_is_what_counts_in_units_of_noise() -> None:
 
     np.testing.assert_allclose(whitener.whiten(error), scaled - away, rtol=1e-12, atol=1e-12)
     assert not whitener.whiten(error)[gain == 0].any()
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "left", "given_back"), [(0.5, 0.97, 1.0), (1.0, 0.88, 1.0), (2.0, 0.58, 0.93)]
+)
+def test_what_two_windows_take_from_a_change_is_given_back(
+    rate_hz: float, left: float, given_back: float
+) -> None:
+    grid = Grid(0.0, 0.02, 500, 0.01)
+    turn = 2 * np.pi * rate_hz
+    place = np.sin(turn * grid.time_s)[:, None]
+    twice = grid.slope(grid.slope(place, TWIST_WINDOW_S), TWIST_WINDOW_S)
+    more = grid.given_back(twice, TWIST_WINDOW_S, windows=2)
+    for found, share in ((twice, left), (more, given_back)):
+        size = np.polyfit(-(turn**2) * place[60:-60, 0], found[60:-60, 0], 1)[0]
+        assert size == pytest.approx(share, abs=0.005)
+
+
+def test_an_even_change_has_nothing_to_give_back() -> None:
+    grid = Grid(0.0, 0.02, 100, 0.01)
+    even = np.tile([0.3, -2.0], (100, 1))
+    np.testing.assert_allclose(grid.given_back(even, TWIST_WINDOW_S, windows=2), even, atol=1e-12)

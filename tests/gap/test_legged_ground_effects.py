@@ -316,6 +316,19 @@ def test_feet_hold_what_moves_the_mass(drive: Drive) -> None:
     assert np.corrcoef(change, shift)[0, 1] < -0.4
 
 
+@pytest.mark.parametrize("gait", ["tripod", "metachronal"])
+def test_a_measured_motion_moves_the_mass_as_the_predicted_one_does(gait: str) -> None:
+    """Its velocity is smoothed and so is the change of that; the force on the feet was not."""
+    heavy = cause("inertia_lag", 0.08)
+    trial = walk(gait, 0.2, 10.0, [COULOMB, heavy])
+    made = Prediction(trial, [COULOMB, heavy], Drive.COMMAND).force
+    told = Prediction(trial, [COULOMB, heavy], Drive.MEASURED).force
+    for axis in (0, 1):
+        true, found = (inside(one[..., axis].sum(axis=1), 15) for one in (made, told))
+        assert np.polyfit(found, true, 1)[0] == pytest.approx(1.0, abs=0.08)
+        assert np.corrcoef(found, true)[0, 1] > 0.95
+
+
 @pytest.mark.parametrize("time_constant_s", [0.35, 0.5])
 def test_a_mass_that_loads_overreact_to_is_still_predicted_from_commands(
     time_constant_s: float,

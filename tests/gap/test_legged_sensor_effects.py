@@ -120,6 +120,7 @@ def test_a_scaled_encoder(pair: tuple[Prediction, dict[str, Prediction]]) -> Non
         cause("force_rotation", 0.3, legs=("ML",)),
         cause("force_cross_talk", 0.1, -0.1, legs=("ML",)),
         cause("force_delay", 0.1),
+        cause("force_lowpass", 0.1),
         cause("pose_delay", 0.1),
         cause("pose_yaw_offset", 0.15),
         cause("pose_origin_offset", 0.03, 0.02),

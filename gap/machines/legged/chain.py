@@ -163,7 +163,8 @@ class LeggedChain:
         walk = self._pass(known, settings, drive, start, near)
         if not _acts_back(settings, drive, world is None):
             return walk
-        share, last = 1.0, np.inf
+        # a heavy mass shifts loads farther than they were off
+        share, last = (0.5 if settings.has("inertia_lag") else 1.0), np.inf
         for _ in range(PASSES):
             before = walk
             start = start.towards(walk, share, measured, world is not None)
@@ -171,9 +172,7 @@ class LeggedChain:
             change = _change(before, walk) / share
             if change <= CONVERGED:
                 break
-            if (
-                not change < last
-            ):  # a heavy mass shifts loads farther than they were off: half the way
+            if not change < last:  # it went too far: half the way
                 share = max(share / 2, LEAST_SHARE)
             last = change
         return walk
