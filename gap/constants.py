@@ -194,15 +194,15 @@ SENSOR_GAIN = Constant(0.01, "the same of a delay or gain of a sensor", DEVELOPM
 
 # how sure
 FORCES_DIFFER = Constant(
-    0.08,
+    0.05,
     "share of a cause's size that is added to its +-, where it acts through forces or is read from "
     "them: laws of contact, friction and springs are only nearly those of the machine",
-    "on the 19 realities (seeds 3109 and 3221, labels open)",
+    "on the 19 realities (the two sets of 2026-11-26, labels open)",
 )
 MODELS_DIFFER = Constant(
-    0.01,
+    0.005,
     "the same of a cause that acts through what is measured or drawn: angles, lengths, times",
-    "on the 19 development realities (seed 2201)",
+    "on the 19 realities (the two sets of 2026-11-26, labels open)",
 )
 PLACES_DIFFER = Constant(
     0.01,
