@@ -17,7 +17,7 @@ STAGES = ("actuation", "kinematics", "support", "friction", "dynamics", "externa
 # What acts through forces, by its stage or by itself.
 FORCE_STAGES = frozenset({"support", "friction", "dynamics", "external"})
 MOVED_BY_FORCES = frozenset({
-    "servo_compliance", "servo_compliance_beyond_encoder", "gear_backlash", "leg_flex",
+    "servo_compliance", "servo_compliance_beyond_encoder", "gear_backlash", "joint_friction", "leg_flex",
     # readings of forces, which are held against forces of a model
     "force_gain", "force_bias", "force_drift", "force_rotation", "force_cross_talk", "force_delay",
     "force_lowpass",

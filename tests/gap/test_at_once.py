@@ -9,7 +9,7 @@ from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.diagnose import diagnose
 from gap.interfaces import Cause
 from gap.residuals.pool import prediction_pool
-from gap.search.at_once import ahead_of, each_of
+from gap.search.at_once import ahead_of, each_of, meanwhile
 from robot.console.json_output import json_text
 from tests.gap.toy import Toy, toy_case, toy_references
 
@@ -32,6 +32,30 @@ def test_an_error_comes_where_it_happened() -> None:
     assert [next(answers) for _ in range(3)] == [1 / 3, 1 / 2, 1.0]
     with pytest.raises(ZeroDivisionError):
         next(answers)
+
+
+@pytest.mark.parametrize("at_once", [1, 2])
+def test_what_is_found_meanwhile_is_found_once_and_fails_where_it_is_asked_for(
+    at_once: int,
+) -> None:
+    threads: list[threading.Thread] = []
+
+    def find() -> int:
+        threads.append(threading.current_thread())
+        return len(threads)
+
+    answer = meanwhile(find, at_once)
+    assert [answer(), answer()] == [1, 1]
+    assert (threads[0] is threading.current_thread()) == (at_once == 1)
+    wrong = meanwhile(lambda: 1 // 0, at_once)
+    with pytest.raises(ZeroDivisionError):
+        wrong()
+
+
+def test_alone_nothing_is_found_that_nobody_asks_for() -> None:
+    threads: list[int] = []
+    meanwhile(lambda: threads.append(1), 1)
+    assert not threads
 
 
 def test_as_many_as_are_allowed_are_under_way_and_no_more() -> None:
