@@ -102,13 +102,10 @@ def stand(
     scene: Scene,
     feet: Feet,
     velocity_B: FloatArray | None = None,  # noqa: N803 - frame suffix
-    *,
-    measured: bool = False,
 ) -> Standing:
     """Find loads and pose of the body on its legs.
 
-    Drag and inertia need vx, vy, yaw rate of the body, (W, 3), as far as they are known, and whether these
-    were measured.
+    Drag and inertia need vx, vy, yaw rate of the body, (W, 3), as far as they are known.
     """
     machine, grid, settings = scene.machine, scene.grid, scene.settings
     points = contact_points(feet, settings)
@@ -125,7 +122,7 @@ def stand(
     shaft_x = machine.legs.shaft_position[:, 0]
     sideways = sideways_force(scene)
     if velocity_B is not None and resists_motion(settings):
-        sideways = sideways + resistance(scene, velocity_B, smoothed=measured)[:, :2]
+        sideways = sideways + resistance(scene, velocity_B, smoothed=scene.change_seen)[:, :2]
     if sideways.any():
         # it acts at the height of the body's origin, friction on the ground: the weight's line moves
         first, _ = _balance(signals, shaft_x, 0.0)

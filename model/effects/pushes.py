@@ -24,7 +24,9 @@ class Scene:
     """W frames of a robot on its ground.
 
     Only effects that are bound to a place need the world: x, y, yaw of the body, (W, 3). What balances the
-    feet may know answers that it gave before.
+    feet may know answers that it gave before. Foot forces that were measured with the body's velocity show
+    its change as it was (``change_seen``); a pose alone shows it smoothed, and with too much noise to give
+    back what that took.
     """
 
     machine: LeggedMachine
@@ -32,6 +34,7 @@ class Scene:
     settings: Settings
     world: FloatArray
     solve: TractionSolver = solve_traction_frames
+    change_seen: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,7 +131,9 @@ def pushes(
         along = DRAG_OF_DEVIATION * drag + mass / DEVIATION_S
         about = about_z / DEVIATION_S
         held = (velocity_B - aside) * [along, along, about]
-        return Pushes(wrench + resistance(scene, velocity_B, smoothed=True) + held, along, about)
+        return Pushes(
+            wrench + resistance(scene, velocity_B, smoothed=scene.change_seen) + held, along, about
+        )
     inertia = None
     if scene.settings.has("inertia_lag"):
         inertia = Inertia(mass, about_z, np.full(3, np.nan))

@@ -216,8 +216,9 @@ class LeggedChain:
         else:
             walked = feet(machine, grid, angles, settings)
         solve = partial(self._traction, near=None if alike is None else self._start_of(alike))
-        scene = Scene(machine, grid, settings, start.world, solve)
-        standing = self._stand(scene, walked, start.moving_B, measured=velocity is not None)
+        change_seen = velocity is not None and bool(np.isfinite(known.force_n).any())
+        scene = Scene(machine, grid, settings, start.world, solve, change_seen)
+        standing = self._stand(scene, walked, start.moving_B)
         load = standing.load_n
         if measured:
             seen = known.force_n[..., 2]
@@ -228,14 +229,7 @@ class LeggedChain:
         sliding = slide(scene, held, standing, load, give, velocity)
         return Walk(own, walked, standing, sliding, self._integrated(known, sliding))
 
-    def _stand(
-        self,
-        scene: Scene,
-        walked: Feet,
-        moving_B: FloatArray | None,  # noqa: N803
-        *,
-        measured: bool,
-    ) -> Standing:
+    def _stand(self, scene: Scene, walked: Feet, moving_B: FloatArray | None) -> Standing:  # noqa: N803
         """Loads and pose; most effects of friction and sensors share them."""
         looked_at = stands_on(scene.settings)
         bare = replace(scene, settings=looked_at)
@@ -243,7 +237,7 @@ class LeggedChain:
         return self._known_standing.of(
             arrays if moving_B is None else (*arrays, moving_B),
             looked_at,
-            lambda: stand(bare, walked, moving_B, measured=measured),
+            lambda: stand(bare, walked, moving_B),
         )
 
     def _start_of(self, near: Sliding) -> FloatArray:
