@@ -66,7 +66,8 @@ def healthy_runs(
     own = [one.part.condition for one in references]
     distance = max((nearest(one, own) for one in conditions), default=SAME_CONDITION)
     each = []
-    for i, (part, error) in enumerate((one.part, one.error) for one in references):
+    for i, one in enumerate(references):
+        part, error = one.part, one.error
         others = [
             r for k, r in enumerate(references) if k != i and apart(own[i], own[k]) >= distance
         ]

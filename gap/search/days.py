@@ -106,8 +106,13 @@ def _mean(
 
 
 def _inverse(positive: FloatArray) -> tuple[FloatArray, float]:
-    """Inverse of a positive definite matrix, and the logarithm of its determinant."""
-    factor, _ = lapack.dpotrf(positive, lower=1)
+    """Inverse of a positive definite matrix, and the logarithm of its determinant.
+
+    Products in single precision may leave it a little indefinite; then it is inverted as any matrix is.
+    """
+    factor, failed = lapack.dpotrf(positive, lower=1)
+    if failed:
+        return np.asarray(np.linalg.inv(positive)), float(np.linalg.slogdet(positive)[1])
     half, _ = lapack.dpotri(factor, lower=1)
     lower = np.tril(half)
     logdet = 2.0 * float(np.log(np.diagonal(factor)).sum())

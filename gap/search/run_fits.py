@@ -153,14 +153,14 @@ def fits_of(
     if variance is not None:
         own[laid.linear] = variance
         pulls, grams = _without(laid, variance)
-    each_gram = np.array([grams[part] for part in sorted(set(runs.parts))])
-    of_run = np.searchsorted(sorted(set(runs.parts)), runs.parts)[:, None, None]
+    parts, of_run = np.unique(runs.parts, return_inverse=True)
+    each_gram = np.array([grams[part] for part in parts.tolist()])
     made: dict[str, list[RunFits]] = {}
     for one in signatures.each:
         rows = list(one.rows) if one.offset < 0 else [one.offset]
         if not rows:
             continue
-        gram = each_gram[of_run, np.array(rows)[:, None], np.array(rows)]
+        gram = each_gram[of_run[:, None, None], np.array(rows)[:, None], np.array(rows)]
         pull = pulls[:, rows]
         if own[rows].any():
             # generalised least squares of a change are the same with and without it among the rest

@@ -101,20 +101,26 @@ def scatter_of(groups: Sequence[Sizes], gaits_differ: float) -> tuple[float, int
 def scatters_of(each: Sequence[Sizes], gaits_differ: float) -> FloatArray:
     """Return the squares of sizes about their mean, summed, of each of K groups by itself, (K,)."""
     squares = np.zeros(len(each))
-    for gaits, numbers in _by_gaits(each).items():
-        values = np.array([each[number].values for number in numbers])
-        form = design((gaits,), gaits_differ).square
-        squares[numbers] = np.maximum(np.einsum("kn,nm,km->k", values, form, values), 0.0)
+    for numbers, gaits, values in _by_gaits(each):
+        squares[numbers] = _squares(values, design((gaits,), gaits_differ))
     return squares
 
 
-def _by_gaits(each: Sequence[Sizes]) -> dict[tuple[str, ...], list[int]]:
-    """Numbers of the groups whose runs have these gaits, in their order; groups without runs are none."""
+def _squares(values: FloatArray, one: Design) -> FloatArray:
+    """Squares about the mean of each of K groups of N runs of the same gaits, (K, N), summed, (K,)."""
+    return np.asarray(np.maximum(np.einsum("kn,nm,km->k", values, one.square, values), 0.0))
+
+
+def _by_gaits(each: Sequence[Sizes]) -> list[tuple[list[int], tuple[str, ...], FloatArray]]:
+    """Groups whose runs have the same gaits: numbers, gaits, sizes, (K, N); one without runs is none."""
     alike: dict[tuple[str, ...], list[int]] = {}
     for number, one in enumerate(each):
         if len(one):
             alike.setdefault(one.gaits, []).append(number)
-    return alike
+    return [
+        (numbers, gaits, np.array([each[number].values for number in numbers]))
+        for gaits, numbers in alike.items()
+    ]
 
 
 def ahead_of(seen: Sizes, known: Sizes, gaits_differ: float) -> tuple[float, float]:
@@ -142,12 +148,11 @@ def likeliest_share(changes: Sequence[Sizes], weights: FloatArray) -> float:
         weights: Of each, (K,).
     """
     nats = np.zeros(len(SHARES))
-    alike = _by_gaits(changes)
-    for number, share in enumerate(SHARES):
-        squares = scatters_of(changes, share)
-        for gaits, own in alike.items():
+    for own, gaits, values in _by_gaits(changes):
+        weight = weights[own]
+        for number, share in enumerate(SHARES):
             one = design((gaits,), share)
-            square, weight = squares[own], weights[own]
+            square = _squares(values, one)
             logs = np.log(square, out=np.zeros(len(own)), where=square > 0.0)
             nats[number] -= 0.5 * weight[square > 0.0].sum() * one.logdet
             nats[number] -= 0.5 * one.free * float(weight @ logs)

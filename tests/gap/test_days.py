@@ -13,7 +13,7 @@ from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.chances import clearer
 from gap.search.candidates import Candidate
-from gap.search.days import SHARES, PulledRuns, day_variances, likeliest_day_share
+from gap.search.days import SHARES, PulledRuns, _mean, day_variances, likeliest_day_share
 from gap.search.healthy_search import HealthySearch
 from gap.search.run_fits import LaidRuns, fits_of, slices_of
 from gap.search.screen import Signature, Signatures
@@ -42,6 +42,17 @@ def test_the_share_that_all_parameters_differ_by_is_found() -> None:
     for share in SHARES[1:]:
         runs = _drawn((share,) * 8, 30, seed=2)
         assert likeliest_day_share(runs) == share
+
+
+@pytest.mark.parametrize("least", [3.0, -60.0], ids=["definite", "indefinite by rounding"])
+def test_the_inverse_of_each_part_is_that_of_its_products(least: float) -> None:
+    turn = np.linalg.qr(np.random.default_rng(5).standard_normal((3, 3)))[0]
+    gram, variance = turn @ np.diag([least, 8.0, 40.0]) @ turn.T, np.array([0.04, 0.03, 0.05])
+    runs = PulledRuns(np.ones((1, 3)), (0,), {0: gram})
+    _, inverse, logdet = _mean(runs, variance)
+    whole = np.eye(3) + gram * variance
+    np.testing.assert_allclose(inverse[0], np.linalg.inv(whole), rtol=1e-9, atol=1e-12)
+    assert logdet[0] == pytest.approx(np.linalg.slogdet(whole)[1])
 
 
 @given(st.floats(1e-250, 1.0), st.floats(1e-250, 1.0))
