@@ -231,19 +231,17 @@ def _form_of(tick: Tick) -> tuple[tuple[int, ...], tuple[bytes, ...]] | None:
     """Return what tells a tick's form from others, and its texts; None if it has none."""
     inputs, contact, estimate = tick.inputs, tick.contact, tick.estimate
     lists = inputs.faults or inputs.poses or inputs.imu or tick.faults
-    if estimate is None or lists or len(inputs.forces) > MOST_RECORDS:
+    if lists or len(inputs.forces) > MOST_RECORDS:
         return None
-    texts = (
-        text_bytes(inputs.request.gait), text_bytes(contact.support.reason),
-        text_bytes(contact.traction.reason), text_bytes(estimate.reason),
-        text_bytes(estimate.remark),
-    )  # fmt: skip
-    key = (
-        len(inputs.forces), len(tick.wished.angle_rad), len(tick.feet.position_m),
-        len(estimate.innovation) > 0, len(estimate.source_nis) > 0, len(estimate.source_dof) > 0,
-        *[len(text) & 7 for text in texts],
-    )  # fmt: skip
-    return key, texts
+    texts = [inputs.request.gait, contact.support.reason, contact.traction.reason]
+    key = [len(inputs.forces), len(tick.wished.angle_rad), len(tick.feet.position_m)]
+    if estimate is not None:  # the key is longer with one
+        texts += (estimate.reason, estimate.remark)
+        key += (
+            len(estimate.innovation) > 0, len(estimate.source_nis) > 0, len(estimate.source_dof) > 0,
+        )  # fmt: skip
+    encoded = tuple(map(text_bytes, texts))
+    return (*key, *[len(text) & 7 for text in encoded]), encoded
 
 
 def encoder_like(tick: Tick) -> Encoder:
@@ -295,8 +293,9 @@ def encoder_like(tick: Tick) -> Encoder:
     add("traction", TRACTION.parts)
     add("reckoned", DEAD_RECKONING.parts)
     source.numbers("I", "0")  # faults
-    source.numbers("I", "1")
-    add("estimate", (*BEFORE_SOURCES, *SOURCES))
+    source.numbers("I", "0" if tick.estimate is None else "1")
+    if tick.estimate is not None:
+        add("estimate", (*BEFORE_SOURCES, *SOURCES))
     return source.made("tick, texts", before)
 
 

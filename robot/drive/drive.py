@@ -33,12 +33,13 @@ from robot.design.review import (
     review_for_run,
 )
 from robot.drive.gait_choice import gait_of
+from robot.drive.log_process import BesideRun, LogProcess, RunView, worth_a_process
 from robot.report.summary import read_summary
 from robot.report.summary_text import busy_words, summary_rows
 from robot.requests.single import DriveRequest
 from robot.run.force_unit import NO_UNIT, check_no_unit, wanted_unit
 from robot.run.hardware import imu_place, open_imu, open_real
-from robot.run.header import TappedLog, open_log
+from robot.run.header import RunLog, TappedLog, open_log
 from robot.run.loop import Operator, RunResult, no_full_collection, run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 from robot.run.rig import Rig
@@ -83,7 +84,10 @@ def drive(request: DriveRequest) -> ExitCode:
         raise ConfigError("--record-bytes", "needs a log; leave out --log none")
     armed = not request.readonly and (request.virtual or request.armed)
     log = None if request.log == NO_LOG else Path(request.log or usual_log(name or "listen"))
-    decided = replace(request, gait=name, frequency_hz=frequency_hz, armed=armed)
+    cycles = request.cycles
+    if cycles is None and request.duration_s is None and armed:
+        cycles = DEFAULT_CYCLES
+    decided = replace(request, gait=name, frequency_hz=frequency_hz, cycles=cycles, armed=armed)
     return drive_as(decided, config, log, partial(_operator, decided, name, frequency_hz))
 
 
@@ -120,22 +124,37 @@ def drive_as(
             rig.listen_to_imu(open_imu(imu, rig.clock, "--imu" if request.imu else "imu"))
         for warning in rig.warnings:
             complain(f"warning: {warning}")
+        beside = log_path is not None and _worth_a_process(request, config)
         controller = Controller(
-            config, rig.calibrations, armed=request.armed, rate_hz=request.rate_hz
+            config,
+            rig.calibrations,
+            armed=request.armed,
+            rate_hz=request.rate_hz,
+            estimate=not beside,
         )
         operator = operator_of(controller, interrupts, stack)
-        log = None
-        if log_path is not None:
-            log = _open_log(log_path, _header(request, config, warnings), rig, controller, request)
-        sink = log if log is None or tap is None else TappedLog(log, tap)
         title = f"{config.name}  {request.hardware}" + ("" if request.armed else "  (readonly)")
-        view = open_view(
+        view_of = partial(
+            open_view,
             config.parameters.names,
             title,
             help_line(controller.book) if request.teleop else KEYS,
             true_forces=true_forces_of(config),
         )
-        stack.callback(view.close)
+        log: RunLog | None = None
+        view: RunView | None = None
+        if log_path is not None:
+            header = _header(request, config, warnings)
+            log_of = partial(_open_log, log_path, header, rig, controller, request)
+            if beside:
+                log = LogProcess(BesideRun(config, controller.book.gaits, log_of, view_of))
+                stack.callback(log.close)
+            else:
+                log = log_of() if request.virtual_time else BackgroundWriter(log_of())
+        if not beside:
+            view = view_of()
+            stack.callback(view.close)
+        sink = log if log is None or tap is None else TappedLog(log, tap)
         try:
             interrupts.begin()
             with no_full_collection():
@@ -233,14 +252,11 @@ def _operator(
         keys = stack.enter_context(Keys())
         start = Request(Intent.STAND, gait, frequency_hz, request.steer, StopReason.NONE)
         return KeyboardOperator(keys, start, controller.book, interrupts, request.deadman_s)
-    cycles = request.cycles
-    if cycles is None and request.duration_s is None and request.armed:
-        cycles = DEFAULT_CYCLES
     script = Script(
         gait=gait,
         frequency_hz=frequency_hz,
         steer=request.steer,
-        cycles=cycles,
+        cycles=request.cycles,
         duration_s=request.duration_s,
         listen=not request.armed,
     )
@@ -263,18 +279,27 @@ def _header(request: DriveRequest, config: RobotConfig, warnings: str) -> RunHea
 
 def _open_log(
     path: Path, header: RunHeader, rig: Rig, controller: Controller, request: DriveRequest
-) -> LogWriter | BackgroundWriter:
+) -> LogWriter:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RecordError(
             f"the folder {path.parent} cannot be made: {error.strerror}; choose another --log"
         ) from error
-    writer = open_log(path, header, rig, controller, with_bytes=request.record_bytes)
-    return writer if request.virtual_time else BackgroundWriter(writer)
+    return open_log(path, header, rig, controller, with_bytes=request.record_bytes)
 
 
-def _close_log(sink: LogWriter | BackgroundWriter | TappedLog | None) -> str:
+def _worth_a_process(request: DriveRequest, config: RobotConfig) -> bool:
+    """Tell whether the estimator, the log and the view are worth a process of their own."""
+    if not request.virtual_time or request.teleop:
+        return False
+    expected_s = request.duration_s
+    if expected_s is None and request.cycles is not None and request.frequency_hz:
+        expected_s = request.cycles / request.frequency_hz
+    return worth_a_process(config, expected_s)
+
+
+def _close_log(sink: RunLog | TappedLog | None) -> str:
     """Close the log; return what went wrong with it, empty if nothing did."""
     if sink is None:
         return ""

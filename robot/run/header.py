@@ -12,12 +12,13 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
+from typing import Protocol
 
 from drivers.ati.calibration import Calibration
 from drivers.wire.tap import WireTap
 from model.errors import RecordError
 from model.values.tick import Tick
-from record.log.background import BackgroundWriter
+from model.values.wire import WireBytes
 from record.log.header import RunHeader
 from record.log.writer import RATE_KEY, LogWriter
 from record.whole_file import whole_file
@@ -141,6 +142,26 @@ def _as_json(calibration: Calibration | None) -> dict[str, object] | None:
     return values
 
 
+class RunLog(Protocol):
+    """A log that is being written: here, in a thread, or in another process."""
+
+    @property
+    def error(self) -> RecordError | None:
+        """Why the log can no longer be written, None while it can."""
+
+    def write(self, tick: Tick) -> None:
+        """Take one tick."""
+
+    def write_wires(self, heard: tuple[WireBytes, ...], /) -> None:
+        """Take raw bytes of the devices, oldest first."""
+
+    def write_state(self, t_ns: int, index: int, encode: Callable[[], bytes]) -> None:
+        """Take what the controller remembers after a tick."""
+
+    def close(self) -> None:
+        """Write what is left and finish the file."""
+
+
 class TappedLog:
     """A log that takes what the tap received along with every tick.
 
@@ -149,7 +170,7 @@ class TappedLog:
         tap: The tap.
     """
 
-    def __init__(self, log: LogWriter | BackgroundWriter, tap: WireTap) -> None:
+    def __init__(self, log: RunLog, tap: WireTap) -> None:
         self._log = log
         self._tap = tap
 

@@ -33,11 +33,14 @@ def with_texts(tick: Tick, gait: str, reason: str) -> Tick:
     )
 
 
+@pytest.mark.parametrize("estimate", [True, False])
 @pytest.mark.parametrize("legs", [1, 3, 6, 9])
-def test_ticks_of_a_form_have_the_bytes_of_any_tick(legs: int) -> None:
+def test_ticks_of_a_form_have_the_bytes_of_any_tick(legs: int, estimate: bool) -> None:
     encoders: dict[tuple[int, ...], tick_message.Encoder] = {}
     for index in range(60):
         tick = plain_tick(index, legs)
+        if not estimate:
+            tick = replace(tick, estimate=None)
         form = tick_message._form_of(tick)
         assert form is not None
         key, texts = form
@@ -75,6 +78,15 @@ def test_arrays_of_another_length_or_kind_are_refused() -> None:
         replace(example.joints, valid=np.zeros(6)),  # type: ignore[arg-type]
     ):
         assert encoder(replace(example, joints=joints), texts) is None
+
+
+def test_a_tick_without_an_estimate_has_another_form() -> None:
+    example = plain_tick(2)
+    form, bare = (
+        tick_message._form_of(tick) for tick in (example, replace(example, estimate=None))
+    )
+    assert form is not None and bare is not None
+    assert len(bare[0]) < len(form[0])
 
 
 def test_sequences_that_may_vary() -> None:
