@@ -112,7 +112,11 @@ class LogProcess:
         self._process.start()
         receiver.close()
         words.close()
-        self._hear(self._words.poll(CLOSE_LIMIT_S))
+        try:
+            self._hear(self._words.poll(CLOSE_LIMIT_S))
+        except BaseException:
+            self._sender.close()  # Ctrl-C: it leaves, too
+            raise
         if self._failure is not None:
             self.close()
             raise self._failure
