@@ -188,7 +188,8 @@ class Look:
             for one in fresh:
                 if not worth(one.over, len(one.added.effect.parameters), len(one.unseen)):
                     continue
-                if size_of(one.cause, one.added.effect) < self.search.least_size:
+                effect = one.added.effect
+                if size_of(one.cause, effect) < max(self.search.least_size, effect.least_size):
                     continue
                 p = self.chance(one)
                 if p < level and self._closes_enough(one, selection):
