@@ -96,8 +96,9 @@ _SLIP = ((Parameter("speed_m_s", "m/s", 0.005, 0.002, 0.05, 0.005), Combine.SET)
 # A place along the world's x from which the ground is another.
 _EDGE = ((Parameter("x_m", "m", 0.2, -1.0, 10.0, 0.5, located=True), Combine.SET),)
 _APART = Combine.APART
-# Springs a tenth softer than drawn look like a tenth more of their give at the markers; in spreads of it.
-SPRINGS_DIFFER = 0.2
+# In spreads of a share of 0.5. Springs that are stiffer than drawn, or get stiffer under load, give less, as
+# if markers showed less of it; by up to 0.3 of it that is as likely.
+SPRINGS_DIFFER = 0.6
 
 _STICK_SLIP = Shaking(
     ("force_x", "force_y"), ("force_z",), steady=("friction_level", "friction_patch")
@@ -233,7 +234,7 @@ CATALOGUE = (
     _effect("sensing", "pose_origin_offset", ALL, _numbers("x_m y_m", "m", -0.1, 0.1, 0.01),
         "The markers' frame has its origin beside the body's.",
         "Measure where the markers' origin sits in the body."),
-    replace(_effect("sensing", "marker_on_shank", ALL, _ratio(-0.5, 1.5, 0.5, "share"),
+    replace(_effect("sensing", "marker_on_shank", ALL, _ratio(-0.5, 1.0, 0.5, "share"),
         "Foot markers sit above springs of their legs: they show this share of what legs give under load.",
         "Put the markers on the feet, or measure how far they move when a leg is loaded."),
         least_size=SPRINGS_DIFFER),
