@@ -96,8 +96,8 @@ _SLIP = ((Parameter("speed_m_s", "m/s", 0.005, 0.002, 0.05, 0.005), Combine.SET)
 # A place along the world's x from which the ground is another.
 _EDGE = ((Parameter("x_m", "m", 0.2, -1.0, 10.0, 0.5, located=True), Combine.SET),)
 _APART = Combine.APART
-# In spreads of a share of 0.5. Springs that are stiffer than drawn, or get stiffer under load, give less, as
-# if markers showed less of it; by up to 0.3 of it that is as likely.
+# In spreads of a share of 0.5: springs that are stiffer than drawn, or get stiffer under load, give up to a
+# third less, which is as if markers showed less of it.
 SPRINGS_DIFFER = 0.6
 
 _STICK_SLIP = Shaking(
