@@ -77,8 +77,8 @@ class Effect:
         even: Whether it is the same with all its numbers negated, so that near neutral it does nothing to
             first order.
         shaking: What vibrates with it, faster than a model's frames follow; None if nothing does.
-        least_size: Spreads from neutral that it must have to be named: a smaller one is not told from what
-            machines built alike differ by.
+        least_size: Spreads from neutral that it must have to be named: machines built alike differ by as
+            much as a smaller one.
     """
 
     name: str
