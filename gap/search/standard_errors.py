@@ -76,10 +76,7 @@ def _without_each_run(evidence: Evidence, fitted: Fitted) -> FloatArray:
 
 
 def _between_channels(evidence: Evidence, fitted: Fitted) -> FloatArray:
-    """Scatter of what kinds of channels pull at the numbers, in spreads; 0 where one kind was measured.
-
-    As far as runs agree on it: what differs between runs is in the other errors.
-    """
+    """Scatter of what kinds of channels pull at the numbers, in spreads; 0 where one kind was measured."""
     names = [one.name for one in evidence.simulator.channels]
     seen = evidence.count.sum(axis=0) > 0
     kinds = [name for name in dict.fromkeys(names) if any(seen[k] for k in _of(names, name))]
@@ -88,28 +85,13 @@ def _between_channels(evidence: Evidence, fitted: Fitted) -> FloatArray:
     weighted = fitted.slopes * evidence.weights(fitted.residual)
     gram = np.einsum("pfc,qfc->pq", weighted, fitted.slopes)
     # about where the data alone would have the numbers: what the prior pulls is no kind's
-    step = np.linalg.pinv(gram, hermitian=True) @ np.einsum(
-        "pfc,fc->p", weighted, fitted.residual
-    )
+    pull = np.einsum("pfc,fc->p", weighted, fitted.residual)
+    step = np.linalg.pinv(gram, hermitian=True) @ pull
     residual = fitted.residual - np.einsum("p,pfc->fc", step, fitted.slopes)
-    run_of_frame = evidence.block_part[evidence.block_of_frame]
-    square = np.zeros(len(fitted.away))
-    for name in kinds:
-        own = _of(names, name)
-        pulls = np.einsum("pfc,fc->fp", weighted[:, :, own], residual[:, own])
-        runs = [pulls[run_of_frame == run].sum(axis=0) for run in np.unique(run_of_frame)]
-        moves = np.linalg.solve(gram + np.eye(len(gram)), np.array(runs).T)
-        square += np.fmax(moves.sum(axis=1) ** 2 - _square_by_chance(moves), 0.0)
-    return np.asarray(np.sqrt(len(kinds) / (len(kinds) - 1) * square))
-
-
-def _square_by_chance(moves: FloatArray) -> FloatArray:
-    """Square that the sum over R runs, (P, R), is expected to have if runs only scatter, (P,)."""
-    runs = moves.shape[1]
-    if runs < 2:
-        return np.zeros(len(moves))
-    about = moves - moves.mean(axis=1, keepdims=True)
-    return np.asarray(runs / (runs - 1) * (about**2).sum(axis=1))
+    pulls = np.einsum("pfc,fc->cp", weighted, residual)
+    of_kinds = np.array([pulls[_of(names, name)].sum(axis=0) for name in kinds])
+    moves = np.linalg.solve(gram + np.eye(len(gram)), of_kinds.T)
+    return np.asarray(np.sqrt(len(kinds) / (len(kinds) - 1) * (moves**2).sum(axis=1)))
 
 
 def _of(names: list[str], name: str) -> list[int]:
