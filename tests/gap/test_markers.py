@@ -38,6 +38,18 @@ def test_markers_show_a_share_of_what_springs_give_and_nothing_else_changes(driv
     assert np.allclose(part.feet - none.feet, SHARE * given, atol=1e-9)
 
 
+def test_a_longer_leg_shows_by_the_same_share() -> None:
+    trial = walk("metachronal", 0.2, 3.0, [COULOMB])
+    longer = cause("leg_length", 0.004, legs=("ML",))
+    none = cause("marker_on_shank", 0.0)
+    part, whole, rigid = (
+        Prediction(trial, [longer, *more], Drive.MEASURED)
+        for more in ((ON_THE_SHANK,), (), (none,))
+    )
+    assert np.allclose(part.feet - rigid.feet, SHARE * (whole.feet - rigid.feet), atol=1e-9)
+    assert np.allclose(rigid.feet, Prediction(trial, [none], Drive.MEASURED).feet, atol=1e-9)
+
+
 def test_two_shares_multiply() -> None:
     trial = walk("metachronal", 0.2, 3.0, [COULOMB])
     twice = Prediction(trial, [cause("marker_on_shank", 0.5), cause("marker_on_shank", 0.8)])

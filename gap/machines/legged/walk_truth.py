@@ -82,8 +82,7 @@ def _lay_truth(
             press = acting[f, k, 2]
             if press < 0.0:
                 press = 0.0
-            give = seen * press / stiffness[k]
-            foot[f, k, 2] += give - longer[k]
+            foot[f, k, 2] += seen * (press / stiffness[k] - longer[k])
 
 
 @compiled
