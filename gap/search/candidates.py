@@ -123,6 +123,12 @@ def size_of(cause: Cause, effect: Effect) -> float:
     return max((abs(v - p.neutral) / p.spread for p, v in pairs), default=math.inf)
 
 
+def too_small(cause: Cause, effect: Effect, least_size: float = 0.0) -> bool:
+    """Whether a cause is smaller than its effect, or a search, names any [spreads]."""
+    least = max(least_size, effect.least_size)
+    return least > 0.0 and size_of(cause, effect) < least
+
+
 def step_of(parameter: Parameter, value: float, share: float) -> float:
     """Return a step within the bounds, negative if there is no room above."""
     step = share * parameter.spread

@@ -12,7 +12,7 @@ from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
 from gap.search.at_once import each_of
 from gap.search.beside_days import chance_beside_days
-from gap.search.candidates import Family, families_of, size_of
+from gap.search.candidates import Family, families_of, too_small
 from gap.search.contained import containing
 from gap.search.edges import with_seen_edges
 from gap.search.fit import ROUNDS, Fitted
@@ -188,7 +188,7 @@ class Look:
             for one in fresh:
                 if not worth(one.over, len(one.added.effect.parameters), len(one.unseen)):
                     continue
-                if size_of(one.cause, one.added.effect) < self.search.least_size:
+                if too_small(one.cause, one.added.effect, self.search.least_size):
                     continue
                 p = self.chance(one)
                 if p < level and self._closes_enough(one, selection):

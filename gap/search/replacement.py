@@ -11,7 +11,7 @@ from gap.constants import AHEAD_NATS
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.at_once import each_of
-from gap.search.candidates import Candidate, families_of
+from gap.search.candidates import Candidate, families_of, too_small
 from gap.search.cross_validation import unseen_score
 from gap.search.fit import fit_causes
 from gap.search.look import Look, Selection, Step
@@ -52,6 +52,8 @@ def _better_at(look: Look, selection: Selection, signatures: Signatures, at: int
     options = each_of(others, fitted, look.evidence.predictor.at_once)
     for option in options:
         ahead = option.over.nats > max(option.over.error, AHEAD_NATS)
+        if too_small(option.cause, option.added.effect):
+            continue
         if ahead and (best is None or option.over.nats > best.over.nats):
             best = option
     if best is None or look.chance(best) >= CAUSE_LEVEL:

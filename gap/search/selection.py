@@ -8,7 +8,7 @@ import numpy as np
 from gap.constants import TRIMMED
 from gap.interfaces import Cause, Effect
 from gap.residuals.evidence import Evidence
-from gap.search.candidates import Candidate, families_of
+from gap.search.candidates import Candidate, families_of, too_small
 from gap.search.cross_validation import advantage, unseen_score
 from gap.search.fit import fit_causes
 from gap.search.law_pairs import law_with_partner
@@ -129,11 +129,12 @@ def _dropped(evidence: Evidence, selection: Selection, count: int) -> Selection:
 
 
 def _idle(effect: Effect, cause: Cause) -> bool:
-    """Whether a cause was fitted to where it does nothing; a law never is."""
-    return bool(effect.parameters) and all(
+    """Whether a cause was fitted to where it does nothing, or next to nothing; a law never is."""
+    nothing = all(
         abs(value - p.neutral) < IDLE * p.spread
         for p, value in zip(effect.parameters, cause.values, strict=True)
     )
+    return bool(effect.parameters) and (nothing or too_small(cause, effect))
 
 
 def closed_share(evidence: Evidence, residual: FloatArray) -> float:

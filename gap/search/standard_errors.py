@@ -5,7 +5,10 @@ floor that is damp), so an error from noise alone is far too small. The size of 
 found again in each run by itself, in references too, as ``gap.search.novelty`` does it; their scatter is
 the error of one run. Of causes with several numbers the runs may agree on the size and not on the numbers,
 so all of them are also found without each run in turn (the jackknife, Efron and Stein 1981,
-DOI 10.1214/aos/1176345462). The largest of the three errors is taken.
+DOI 10.1214/aos/1176345462). Runs may also agree because the simulator is wrong in the same way in all of
+them: then kinds of channels (forces along x, feet along y) want different numbers, which the fit balances.
+What each kind pulls at the numbers is the error of a sandwich with kinds as clusters (Liang and Zeger 1986,
+DOI 10.1093/biomet/73.1.13). The largest of the four errors is taken.
 
 None of them shows that the machine follows other laws than the simulator: runs agree on a number that is
 off in all of them. By how much that happens was measured on virtual robots of other structure than the
@@ -36,7 +39,8 @@ def standard_errors(evidence: Evidence, healthy: Evidence | None, fitted: Fitted
     sizes = [len(cause.values) for cause in fitted.causes]
     between = np.abs(fitted.away) * np.repeat(shares, sizes)
     # the scatter of runs has the noise in it already
-    measured = np.fmax(np.fmax(within, between), _without_each_run(evidence, fitted))
+    over_runs = np.fmax(np.fmax(within, between), _without_each_run(evidence, fitted))
+    measured = np.fmax(over_runs, _between_channels(evidence, fitted))
     return np.asarray(np.hypot(measured, _of_the_model(evidence, fitted)))
 
 
@@ -69,6 +73,30 @@ def _without_each_run(evidence: Evidence, fitted: Fitted) -> FloatArray:
     runs, steps = steps_without(evidence, fitted, run_of_frame)
     scatter = ((steps - steps.mean(axis=0)) ** 2).sum(axis=0)
     return np.asarray(np.sqrt((len(runs) - 1) / len(runs) * scatter))
+
+
+def _between_channels(evidence: Evidence, fitted: Fitted) -> FloatArray:
+    """Scatter of what kinds of channels pull at the numbers, in spreads; 0 where one kind was measured."""
+    names = [one.name for one in evidence.simulator.channels]
+    seen = evidence.count.sum(axis=0) > 0
+    kinds = [name for name in dict.fromkeys(names) if any(seen[k] for k in _of(names, name))]
+    if len(kinds) < 2:
+        return np.zeros(len(fitted.away))
+    weighted = fitted.slopes * evidence.weights(fitted.residual)
+    gram = np.einsum("pfc,qfc->pq", weighted, fitted.slopes)
+    # about where the data alone would have the numbers: what the prior pulls is no kind's
+    pull = np.einsum("pfc,fc->p", weighted, fitted.residual)
+    step = np.linalg.pinv(gram, hermitian=True) @ pull
+    residual = fitted.residual - np.einsum("p,pfc->fc", step, fitted.slopes)
+    pulls = np.einsum("pfc,fc->cp", weighted, residual)
+    of_kinds = np.array([pulls[_of(names, name)].sum(axis=0) for name in kinds])
+    moves = np.linalg.solve(gram + np.eye(len(gram)), of_kinds.T)
+    return np.asarray(np.sqrt(len(kinds) / (len(kinds) - 1) * (moves**2).sum(axis=1)))
+
+
+def _of(names: list[str], name: str) -> list[int]:
+    """Numbers of the channels of a kind."""
+    return [number for number, one in enumerate(names) if one == name]
 
 
 def _between_runs(

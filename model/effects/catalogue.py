@@ -96,6 +96,9 @@ _SLIP = ((Parameter("speed_m_s", "m/s", 0.005, 0.002, 0.05, 0.005), Combine.SET)
 # A place along the world's x from which the ground is another.
 _EDGE = ((Parameter("x_m", "m", 0.2, -1.0, 10.0, 0.5, located=True), Combine.SET),)
 _APART = Combine.APART
+# In spreads of a share of 0.5: springs that are stiffer than drawn, or get stiffer under load, give up to a
+# third less, which is as if markers showed less of it.
+SPRINGS_DIFFER = 0.6
 
 _STICK_SLIP = Shaking(
     ("force_x", "force_y"), ("force_z",), steady=("friction_level", "friction_patch")
@@ -231,6 +234,10 @@ CATALOGUE = (
     _effect("sensing", "pose_origin_offset", ALL, _numbers("x_m y_m", "m", -0.1, 0.1, 0.01),
         "The markers' frame has its origin beside the body's.",
         "Measure where the markers' origin sits in the body."),
+    replace(_effect("sensing", "marker_on_shank", ALL, _ratio(-0.5, 1.0, 0.5, "share"),
+        "Foot markers sit above springs of their legs: they show this share of what legs give under load.",
+        "Put the markers on the feet, or measure how far they move when a leg is loaded."),
+        least_size=SPRINGS_DIFFER),
     _effect("sensing", "clock_skew", ALL, _ratio(0.95, 1.05, 0.002),
         "The motion-capture clock runs faster or slower than the controller's: its stream drifts away.",
         "Synchronise the clocks, or stamp all streams by one."),

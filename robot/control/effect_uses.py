@@ -46,7 +46,7 @@ _GROUPS = {
     Use.SEEN: "command_delay servo_lag servo_speed_limit servo_compliance gear_backlash joint_friction",
     Use.BEYOND: "servo_compliance_beyond_encoder",
     Use.LATE: "force_delay force_lowpass",
-    Use.CAMERAS: "pose_delay pose_yaw_offset pose_origin_offset clock_skew",
+    Use.CAMERAS: "pose_delay pose_yaw_offset pose_origin_offset marker_on_shank clock_skew",
 }
 USES = MappingProxyType({name: use for use, names in _GROUPS.items() for name in names.split()})
 

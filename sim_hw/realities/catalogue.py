@@ -223,7 +223,7 @@ def why_not_in(reality: Reality, effect: str) -> str:
     """Say why an effect cannot be in a reality, in words; empty if it can."""
     if effect.startswith("force_") and not reality.sensing.forces:
         return "it has no force sensors"
-    if effect == "marker_swap" and not reality.sensing.markers:
+    if effect.startswith("marker_") and not reality.sensing.markers:
         return "it has no foot markers"
     if effect == "foot_rolling" and reality.surface.rolling_m > 0:
         return "its feet roll already"

@@ -29,6 +29,7 @@ def own_effects(reality: Reality) -> frozenset[str]:
         "link_length": unequal.link_m > 0.0,
         "hip_mount_offset": unequal.mount_m > 0.0,
         "force_lowpass": reality.sensing.filter_s > 0.0,
+        "marker_on_shank": reality.sensing.marker_share < 1.0,
         "pose_delay": reality.sensing.pose_delay_s > 0.0,
     }
     return EVERY_ROBOT | {name for name, one in there.items() if one}

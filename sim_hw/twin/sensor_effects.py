@@ -62,6 +62,11 @@ KINDS = (
         "the marker frame sits elsewhere in the body", adds_vector("sensors.pose_origin"),
     ),
     EffectKind(
+        "marker_on_shank", "sensing", ALL, (sized("share", "", 0, 1, 1, 0.7, 0.3),),
+        "foot markers sit on the legs, above springs, and go along with a share of what these give",
+        scales("sensors.marker_share"),
+    ),
+    EffectKind(
         "clock_skew", "sensing", ALL, (sized("ratio", "", 1, 1.05, 1, 1.004, 1.012),),
         "the cameras' clock runs faster than the controller's, from the trial's start on",
         scales("sensors.pose_clock"),

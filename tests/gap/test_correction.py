@@ -30,6 +30,7 @@ SIZES = {
     "payload": (0.8, 0.1, -0.05),
     "stiction": (1.5, 0.01),
     "ground_stiffness": (0.7,),
+    "marker_on_shank": (0.4,),
     "friction_anisotropy": (0.5, 0.2),
     "link_length": (0.001, -0.0005, 0.0005),
 }

@@ -17,7 +17,7 @@ com_offset payload chassis_twist foot_friction friction_level friction_anisotrop
 stiction stick_slip friction_patch foot_rolling tilt_coupling inertia_lag tether_force drag
 force_gain force_bias
 force_drift force_rotation force_cross_talk force_delay
-force_lowpass pose_delay pose_yaw_offset pose_origin_offset clock_skew encoder_scale"""
+force_lowpass pose_delay pose_yaw_offset pose_origin_offset marker_on_shank clock_skew encoder_scale"""
 
 
 def test_the_catalogue_has_every_effect_that_diagnoses_share_in_order() -> None:

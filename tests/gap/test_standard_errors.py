@@ -5,9 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from gap.constants import FORCES_DIFFER, MODELS_DIFFER
-from gap.interfaces import Cause
+from gap.diagnosis.study import Study
+from gap.interfaces import Cause, Drive
+from gap.residuals.parts import whole_parts
+from gap.residuals.predictions import Predictor
 from gap.search.fit import fit_causes
 from gap.search.standard_errors import standard_errors
+from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 from tests.gap.test_selection import evidences
 from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_trial
@@ -72,3 +76,28 @@ def test_what_acts_through_forces_is_known_less_well_than_what_is_drawn() -> Non
             fitted.away[0]
         )
     assert errors[True] > errors[False]
+
+
+def test_channels_that_want_different_numbers_make_the_error_larger() -> None:
+    trials = [
+        toy_trial([Cause("delay", (), (0.05,))], *CONDITIONS[i % len(CONDITIONS)], seed=30 + i)
+        for i in range(4)
+    ]
+    # from commands alone, so that angles and forces show it
+    evidence = Study(Predictor(Toy(), trials), whole_parts(Toy(), trials)).evidence(Drive.COMMAND)
+    fitted = fit_causes(evidence, (Cause("delay", (), (0.05,)),))
+    names = np.array([one.name for one in evidence.simulator.channels])
+    shown = {name for name in names if np.abs(fitted.slopes[:, :, names == name]).max() > 0.1}
+    assert len(shown) > 1
+    usual = standard_errors(evidence, None, fitted)[0]
+    run = evidence.block_part[evidence.block_of_frame]
+    wrong = 0.3 * fitted.away[0] * np.outer(np.ones(len(run)), names == "angle")
+
+    def error(more: FloatArray) -> float:
+        left = fitted.residual + more * fitted.slopes[0]
+        return float(standard_errors(evidence, None, replace(fitted, residual=left))[0])
+
+    apart, each_its_own = error(wrong), error(wrong * np.where(run % 2, 1.0, -1.0)[:, None])
+    assert 0.1 * fitted.away[0] < apart < 0.3 * fitted.away[0]
+    assert 0.5 * apart < each_its_own < 2.0 * apart  # as the scatter of runs, and not once more
+    assert error(np.zeros_like(wrong)) == usual

@@ -85,7 +85,8 @@ def test_a_tick_without_an_estimate_has_another_form() -> None:
     form, bare = (
         tick_message._form_of(tick) for tick in (example, replace(example, estimate=None))
     )
-    assert form is not None and bare is not None
+    assert form is not None
+    assert bare is not None
     assert len(bare[0]) < len(form[0])
 
 

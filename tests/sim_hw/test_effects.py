@@ -28,7 +28,7 @@ ML, FL = 1, 2
 
 def test_the_contracts_effects_are_all_there_with_their_parameters() -> None:
     known = {k.name: [p.name for p in k.parameters] for k in EFFECTS if k.catalogued}
-    assert len(known) == 41
+    assert len(known) == 42
     assert known["gear_backlash"] == ["width_rad"]
     assert known["link_length"] == ["crank_m", "coupler_m", "rocker_m"]
     assert known["payload"] == ["mass_kg", "x_m", "y_m"]

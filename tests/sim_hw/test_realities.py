@@ -275,6 +275,7 @@ def test_what_healthy_robots_have_is_in_the_plant_they_are_made_of() -> None:
         assert ("servo_compliance" in own) == bool(plant.drive.compliance.any()), reality.name
         assert ("ground_stiffness" in own) == np.isfinite(plant.ground.stiffness).all()
         assert ("chassis_twist" in own) == (plant.twist > 0.0), reality.name
+        assert ("marker_on_shank" in own) == (reality.sensing.marker_share < 1.0), reality.name
         assert ("foot_rolling" in own) == (plant.rolling_radius > 0.0), reality.name
     assert own_effects(find_reality("workshop")) >= {"hip_mount_offset", "leg_stiffness"}
 
@@ -283,6 +284,7 @@ def test_effects_that_a_reality_cannot_have_are_known() -> None:
     bare = Reality("t", "", sensing=Sensing(noise=find_reality("pose_only").sensing.noise))
     assert "no force sensors" in why_not_in(bare, "force_gain")
     assert "no foot markers" in why_not_in(bare, "marker_swap")
+    assert "no foot markers" in why_not_in(bare, "marker_on_shank")
     assert not why_not_in(bare, "payload")
     assert not why_not_in(USUAL, "force_gain")
 

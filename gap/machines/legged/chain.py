@@ -13,7 +13,7 @@ import numpy as np
 from gap.interfaces import Drive
 from gap.machines.legged.inputs import LeggedInputs
 from gap.machines.legged.solved import SolvedOnArrays, SolvedTraction
-from gap.machines.legged.walk_truth import Walk, finite, foot_forces, truth_of
+from gap.machines.legged.walk_truth import MARKER_SHARE, Walk, finite, foot_forces, truth_of
 from model.effects.catalogue import EFFECTS
 from model.effects.grid import body_velocity
 from model.effects.ground import Sliding, Standing, slide, stand, stands_on
@@ -276,7 +276,12 @@ def _as_perfect(inputs: LeggedInputs, settings: Settings) -> LeggedInputs:
 
 def _of_sensors(settings: Settings) -> Settings:
     """Return the part of settings that sensors have, all else neutral."""
-    acting = tuple(one for one in settings.acting if EFFECTS[one[0]].stage == "sensing")
+    # where markers sit changes no reading that a stage takes over
+    acting = tuple(
+        one
+        for one in settings.acting
+        if EFFECTS[one[0]].stage == "sensing" and one[0] != MARKER_SHARE
+    )
     return replace(settings, acting=acting, added=())
 
 

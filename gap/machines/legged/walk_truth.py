@@ -17,6 +17,7 @@ from model.motion.se2 import turned
 from model.values.arrays import FloatArray, given_rows
 
 NO_FORCE = np.empty((0, 0, 3))
+MARKER_SHARE = "marker_on_shank"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +45,8 @@ def truth_of(
         known.force_n if drive is Drive.MEASURED else NO_FORCE,
         leg_stiffness(machine, settings), settings.each("leg_length")[0],
     ))  # fmt: skip
-    _lay_truth(position, force_xy, load, measured, stiffness, longer, foot, force, acting)
+    (seen,) = settings.whole(MARKER_SHARE)  # of what legs give
+    _lay_truth(position, force_xy, load, measured, stiffness, longer, seen, foot, force, acting)
     twist = walk.standing.twist_rad
     if twist.any():  # about an axis along x at the height of the shafts
         aside = -foot[..., 2] * twist
@@ -57,7 +59,7 @@ def truth_of(
         foot[..., 2] += radius_m * (1.0 - np.cos(walk.feet.turn_rad))
     if settings.has("leg_flex"):
         lateral, fore = settings.whole("leg_flex")
-        _bend(acting, fore, lateral, foot)
+        _bend(acting, fore * seen, lateral * seen, foot)
     body, angles = _body(known, walk, settings)
     return SensorSignals(known.grid.time_s, walk.shaft_rad, foot, force, body, angles)
 
@@ -65,7 +67,7 @@ def truth_of(
 @compiled
 def _lay_truth(
     position: FloatArray, force_xy: FloatArray, load: FloatArray, measured: FloatArray,
-    stiffness: FloatArray, longer: FloatArray, foot: FloatArray, force: FloatArray,
+    stiffness: FloatArray, longer: FloatArray, seen: float, foot: FloatArray, force: FloatArray,
     acting: FloatArray,
 ) -> None:  # fmt: skip
     """Feet under load, the forces on them, and those that act: measured ones where there are any."""
@@ -80,8 +82,7 @@ def _lay_truth(
             press = acting[f, k, 2]
             if press < 0.0:
                 press = 0.0
-            give = press / stiffness[k]
-            foot[f, k, 2] += give - longer[k]
+            foot[f, k, 2] += seen * (press / stiffness[k] - longer[k])
 
 
 @compiled

@@ -12,7 +12,7 @@ def test_the_list_names_every_effect_and_its_numbers(capsys: pytest.CaptureFixtu
     assert run(["gap", "effects"]) == 0
     text = capsys.readouterr().out
     assert "ACTUATION\n  command_delay  (whole robot)\n      delay_s: 0 to 0.3 s, neutral 0" in text
-    assert "43 effects" in text
+    assert "44 effects" in text
     assert max(len(line) for line in text.splitlines()) <= 108
 
 
@@ -68,6 +68,7 @@ sensing force_lowpass time_constant_s all
 sensing pose_delay delay_s all
 sensing pose_yaw_offset yaw_rad all
 sensing pose_origin_offset x_m,y_m all
+sensing marker_on_shank share all
 sensing clock_skew ratio all
 sensing encoder_scale ratio leg
 """
