@@ -75,7 +75,7 @@ def test_causes_are_those_of_the_virtual_robot() -> None:
 
 def test_its_catalogue_is_the_chain_s_but_for_what_every_mujoco_robot_has() -> None:
     names = {effect.name for effect in twin_catalogue()}
-    assert len(names) == 39
+    assert len(names) == 40
     assert not names & {"coulomb_friction", "tilt_coupling"}
     for effect in twin_catalogue():
         assert all(p.lower <= p.neutral <= p.upper for p in effect.parameters)

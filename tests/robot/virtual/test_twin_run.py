@@ -178,7 +178,7 @@ def test_cases_are_drawn_from_the_entropy_alone(scenario_file: Path) -> None:
     assert cases == draw_cases(scenario, b"one")
     assert {c.name for c in cases}.isdisjoint({c.name for c in draw_cases(scenario, b"two")})
     kinds = [case.kind for case in cases]
-    assert kinds.count("single") == 2 * 39
+    assert kinds.count("single") == 2 * 40
     assert (kinds.count("control"), kinds.count("pair"), kinds.count("outside")) == (1, 6, 6)
     assert [c.name for c in cases] == sorted(c.name for c in cases), "order says nothing"
     for case in cases:
