@@ -52,9 +52,8 @@ def _better_at(look: Look, selection: Selection, signatures: Signatures, at: int
     options = each_of(others, fitted, look.evidence.predictor.at_once)
     for option in options:
         ahead = option.over.nats > max(option.over.error, AHEAD_NATS)
-        if too_small(option.cause, option.added.effect):
-            continue
-        if ahead and (best is None or option.over.nats > best.over.nats):
+        named = not too_small(option.cause, option.added.effect)
+        if ahead and named and (best is None or option.over.nats > best.over.nats):
             best = option
     if best is None or look.chance(best) >= CAUSE_LEVEL:
         return selection

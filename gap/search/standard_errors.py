@@ -34,13 +34,15 @@ def standard_errors(evidence: Evidence, healthy: Evidence | None, fitted: Fitted
     """
     if not len(fitted.away):
         return np.zeros(0)
-    within = _by_noise(evidence, fitted)
+    weighted = fitted.slopes * evidence.weights(fitted.residual)
+    gram = _products(weighted, fitted.slopes)
+    within = _by_noise(evidence, fitted, gram)
     shares = [_between_runs(evidence, healthy, fitted, cause) for cause in fitted.causes]
     sizes = [len(cause.values) for cause in fitted.causes]
     between = np.abs(fitted.away) * np.repeat(shares, sizes)
     # the scatter of runs has the noise in it already
     over_runs = np.fmax(np.fmax(within, between), _without_each_run(evidence, fitted))
-    measured = np.fmax(over_runs, _between_channels(evidence, fitted))
+    measured = np.fmax(over_runs, _between_channels(evidence, fitted, weighted, gram))
     return np.asarray(np.hypot(measured, _of_the_model(evidence, fitted)))
 
 
@@ -58,13 +60,16 @@ def _of_the_model(evidence: Evidence, fitted: Fitted) -> FloatArray:
     return np.concatenate(errors)
 
 
-def _by_noise(evidence: Evidence, fitted: Fitted) -> FloatArray:
-    flat = fitted.slopes.reshape(len(fitted.away), -1)
-    weighted = flat * evidence.weights(fitted.residual).ravel()
-    gram = weighted @ flat.T + np.eye(len(flat))
+def _products(weighted: FloatArray, slopes: FloatArray) -> FloatArray:
+    """Products of weighted slopes with slopes, (P, P)."""
+    count = len(slopes)
+    return np.asarray(weighted.reshape(count, -1) @ slopes.reshape(count, -1).T)
+
+
+def _by_noise(evidence: Evidence, fitted: Fitted, gram: FloatArray) -> FloatArray:
     # in spreads; where misfit is left, it scatters the estimate too
     left = max(evidence.mean_excess(fitted.residual), 1.0)
-    return np.asarray(np.sqrt(left * np.diag(np.linalg.inv(gram))))
+    return np.asarray(np.sqrt(left * np.diag(np.linalg.inv(gram + np.eye(len(gram))))))
 
 
 def _without_each_run(evidence: Evidence, fitted: Fitted) -> FloatArray:
@@ -75,15 +80,15 @@ def _without_each_run(evidence: Evidence, fitted: Fitted) -> FloatArray:
     return np.asarray(np.sqrt((len(runs) - 1) / len(runs) * scatter))
 
 
-def _between_channels(evidence: Evidence, fitted: Fitted) -> FloatArray:
+def _between_channels(
+    evidence: Evidence, fitted: Fitted, weighted: FloatArray, gram: FloatArray
+) -> FloatArray:
     """Scatter of what kinds of channels pull at the numbers, in spreads; 0 where one kind was measured."""
     names = [one.name for one in evidence.simulator.channels]
     seen = evidence.count.sum(axis=0) > 0
     kinds = [name for name in dict.fromkeys(names) if any(seen[k] for k in _of(names, name))]
     if len(kinds) < 2:
         return np.zeros(len(fitted.away))
-    weighted = fitted.slopes * evidence.weights(fitted.residual)
-    gram = np.einsum("pfc,qfc->pq", weighted, fitted.slopes)
     # about where the data alone would have the numbers: what the prior pulls is no kind's
     pull = np.einsum("pfc,fc->p", weighted, fitted.residual)
     step = np.linalg.pinv(gram, hermitian=True) @ pull

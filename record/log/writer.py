@@ -47,6 +47,8 @@ JOINTS_KEY = "joint_names"  # where they are others than those of the legs
 START_KEY = "start_ns"
 START_UNIX_KEY = "start_unix_ns"
 IMU_TOPIC = "/imu"
+# What values raise that no message can hold.
+UNENCODABLE = (ValueError, TypeError, ArithmeticError, struct.error)
 RATE_KEY = "rate_hz"  # of the loop, where it is known
 # What rosbags and ros2 bag want to read beside a topic: reliable, volatile, keep the last ten.
 QOS = (
@@ -128,7 +130,7 @@ class LogWriter:
                 f"the log {self.path} can no longer be written: {error.strerror}; "
                 "make room or choose another --log"
             )
-        except (ValueError, TypeError, ArithmeticError, struct.error) as error:
+        except UNENCODABLE as error:
             self._error = RecordError(
                 f"the log {self.path} takes no tick any more: {error}; please report it"
             )

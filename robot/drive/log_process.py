@@ -7,7 +7,6 @@ fast enough for all of it, and a thread writes (``record.log.background``).
 
 import multiprocessing
 import signal
-import struct
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -18,15 +17,16 @@ from typing import Protocol, TypeAlias
 from gaits.gait import Gait
 from model.errors import RecordError
 from model.values.estimate import Estimate
-from model.values.tick import SensedTick, Tick
+from model.values.tick import Tick
 from model.values.wire import WireBytes
 from record.log.background import CLOSE_LIMIT_S
 from record.log.tick_message import TickEncoder, decode_tick
-from record.log.writer import LogWriter
+from record.log.writer import UNENCODABLE, LogWriter
 from robot.config.robot_file import RobotConfig
 from robot.console.processes import cores
 from robot.control.estimator_stage import TickEstimator
 from robot.control.state_bytes import bytes_of_state, state_of_bytes
+from robot.run.loop import Observer
 
 # Ticks that go over together: few enough that the view is up to date, enough that sending costs nothing.
 BLOCK_TICKS = 64
@@ -36,11 +36,8 @@ REPAIR = "the log is cut, bigant log repair keeps what is there"
 ENDED = f"the process that writes the log has ended; {REPAIR}"
 
 
-class RunView(Protocol):
-    """Shows ticks: the live view."""
-
-    def show(self, tick: Tick) -> None:
-        """Take one tick."""
+class RunView(Observer, Protocol):
+    """The live view, which shows what is left when it is closed."""
 
     def close(self) -> None:
         """Show what is left."""
@@ -105,7 +102,7 @@ class LogProcess:
         self._encoder = TickEncoder()
         self._block: list[Sent] = []
         self._failure: RecordError | None = None
-        self._closed = False
+        self._ended = self._closed = False
         self._process = context.Process(
             target=_work, args=(beside, receiver, self._sender, words), name="log"
         )
@@ -130,7 +127,7 @@ class LogProcess:
         """Hand over one tick; waits while the process beside is far behind."""
         try:
             self._put(self._encoder.encode(tick))
-        except (ValueError, TypeError, ArithmeticError, struct.error) as error:
+        except UNENCODABLE as error:
             self._fail(f"the log takes no tick any more: {error}; please report it")
 
     def write_wires(self, pieces: tuple[WireBytes, ...]) -> None:
@@ -150,20 +147,22 @@ class LogProcess:
     def _send(self) -> None:
         """Let the process have what waits, and hear what it has to say."""
         block, self._block = self._block, []
-        if self._failure is None:
+        if not self._ended:  # what no log takes is still shown
             try:
                 self._sender.send(block)
             except OSError:
                 self._hear(self._words.poll(CLOSE_LIMIT_S))  # why it does not listen any more
+                self._ended = True
                 self._fail(ENDED)
         self._hear(self._words.poll())
 
     def _hear(self, spoke: bool) -> None:
-        if not spoke or self._closed:
+        if not spoke or self._ended:
             return
         try:
             self._fail(self._words.recv())
         except EOFError:
+            self._ended = True
             self._fail(ENDED)
 
     def _fail(self, words: str) -> None:
@@ -240,9 +239,7 @@ class _Scribe:
             self._writer.write_wires(item)
         else:
             bare = decode_tick(item)
-            inputs = bare.inputs
-            sensed = SensedTick(bare.t_ns, bare.joints, bare.forces, inputs.poses, inputs.imu)
-            self._estimate = self._estimator.step(sensed)
+            self._estimate = self._estimator.step(bare.sensed)
             tick = replace(bare, estimate=self._estimate)
             self._writer.write(tick)
             self._view.show(tick)

@@ -26,6 +26,7 @@ from robot.config.calibration import CALIBRATION_KEY, calibration_text
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
 from robot.run.gait_texts import gait_metadata
+from robot.run.loop import StateSink, TickSink
 from robot.run.operator import Script
 from robot.run.rig import Rig
 
@@ -142,21 +143,11 @@ def _as_json(calibration: Calibration | None) -> dict[str, object] | None:
     return values
 
 
-class RunLog(Protocol):
+class RunLog(TickSink, StateSink, Protocol):
     """A log that is being written: here, in a thread, or in another process."""
-
-    @property
-    def error(self) -> RecordError | None:
-        """Why the log can no longer be written, None while it can."""
-
-    def write(self, tick: Tick) -> None:
-        """Take one tick."""
 
     def write_wires(self, heard: tuple[WireBytes, ...], /) -> None:
         """Take raw bytes of the devices, oldest first."""
-
-    def write_state(self, t_ns: int, index: int, encode: Callable[[], bytes]) -> None:
-        """Take what the controller remembers after a tick."""
 
     def close(self) -> None:
         """Write what is left and finish the file."""

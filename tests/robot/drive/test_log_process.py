@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,7 @@ def test_log_and_lines_are_those_of_one_process(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr(loop, "STATE_PERIOD_S", 1)
+    monkeypatch.setattr(log_process, "WORTH_S", 0.0)
     said, begun = [], []
 
     def begin(beside: BesideRun) -> LogProcess:
@@ -51,7 +53,6 @@ def test_log_and_lines_are_those_of_one_process(
     monkeypatch.setattr("robot.drive.drive.LogProcess", begin)
     for folder, count in (("alone", 1), ("beside", 2)):
         monkeypatch.setattr(log_process, "cores", lambda count=count: count)
-        monkeypatch.setattr(log_process, "WORTH_S", 0.0)
         (tmp_path / folder).mkdir()
         monkeypatch.chdir(tmp_path / folder)
         assert drive(Path("walk.mcap"), *words) == ExitCode.OK
@@ -91,8 +92,12 @@ def test_a_disk_that_fills_up_brings_the_robot_to_rest(
     monkeypatch.setattr(McapFile, "flush", full)
     monkeypatch.setattr(log_process, "BLOCK_TICKS", 1)
     path = tmp_path / "walk.mcap"
-    assert drive(path) != ExitCode.OK
-    assert "No space left on device" in capfd.readouterr().err
+    assert drive(path, "--duration", "20") != ExitCode.OK
+    printed = capfd.readouterr()
+    assert "stopped (log failed)" in printed.err
+    assert "No space left on device" in printed.err
+    assert "torque off" in printed.err
+    assert "stopping: LOG_FAILED" in printed.out, "the view shows how it comes to rest"
     assert path.stat().st_size > 0
 
 
@@ -120,6 +125,8 @@ def test_a_short_run_one_core_or_no_estimator_need_no_process(
     assert worth_a_process(CONFIG, None)
     assert worth_a_process(CONFIG, log_process.WORTH_S)
     assert not worth_a_process(CONFIG, 0.5 * log_process.WORTH_S)
+    off = replace(CONFIG, estimator=replace(CONFIG.estimator, enabled=False))
+    assert not worth_a_process(off, None)
     monkeypatch.setattr(log_process, "cores", lambda: 1)
     assert not worth_a_process(CONFIG, None)
 
@@ -143,4 +150,5 @@ def test_a_run_that_is_killed_leaves_a_whole_log(tmp_path: Path) -> None:
         if path.read_bytes().endswith(MAGIC):
             break
         time.sleep(0.05)
+    assert path.read_bytes().endswith(MAGIC), "finished by the process that writes it"
     assert len(read_log(path).t_s) > 100
