@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model.effects.catalogue import NO_LIMIT_RAD_S
+from model.effects.gear_play import in_play
 from model.effects.grid import FOOT_WINDOW_S, Grid
 from model.effects.leg_paths import foot_paths
 from model.effects.machine import LeggedMachine
@@ -15,11 +16,6 @@ from model.motion.filters import lagged, play
 from model.values.arrays import FloatArray, readonly
 from model.values.parameters import ChainParameters
 
-# A free shaft in a play is dragged against its rear flank by its bearings, and falls against either by the
-# weight of foot and coupler, as fast as grease lets it. All three are assumed.
-BEARING_DRAG_NM = 0.003
-BEARING_DAMPING_NM_S = 0.02
-FOOT_WEIGHT_N = 0.5
 STILL = readonly(np.zeros((1, 1, 2)))  # of feet that do not roll
 UNSEEN_GIVE = "servo_compliance_beyond_encoder"
 GIVES = ("servo_compliance", UNSEEN_GIVE)
@@ -51,10 +47,12 @@ class Loads:
     Attributes:
         torque_nm: Torque about each shaft, positive where it drives it on, (W, J).
         flank_nm: The same for deciding which flank of a play a shaft lies against, (W, J).
+        crossing_rad_s: How fast shafts cross a play at most, (W, J); None for no limit but grease.
     """
 
     torque_nm: FloatArray
     flank_nm: FloatArray
+    crossing_rad_s: FloatArray | None = None
 
 
 def feels_loads(settings: Settings) -> bool:
@@ -81,20 +79,10 @@ def shafts(
     if loads is None:
         return angle
     if settings.has("gear_backlash"):
-        angle = angle + _in_play(grid, loads.flank_nm, settings.each("gear_backlash")[0])
+        (width_rad,) = settings.each("gear_backlash")
+        angle = angle + in_play(grid, loads.flank_nm, width_rad, loads.crossing_rad_s)
     signals = ShaftSignals(grid.time_s, command_rad, loads.torque_nm, angle)
     return settings.acted("actuation", signals).shaft_rad
-
-
-def _in_play(grid: Grid, torque_nm: FloatArray, width_rad: FloatArray) -> FloatArray:
-    """Where shafts are in their play, (W, N) [rad]: grease slows them between the flanks."""
-    place_rad = np.zeros(torque_nm.shape)
-    for leg in np.flatnonzero(width_rad):
-        pull = np.nan_to_num(torque_nm[:, leg]) - BEARING_DRAG_NM
-        pushed = np.cumsum(pull * grid.period_s / BEARING_DAMPING_NM_S)
-        first = -np.sign(pull[0]) * width_rad[leg] / 2
-        place_rad[:, leg] = pushed - play(pushed, width_rad[leg], first)
-    return place_rad
 
 
 def _held_back(wanted_rad: FloatArray, behind_rad: FloatArray) -> FloatArray:
@@ -218,12 +206,13 @@ def load_torque(signals: FootSignals, force_n: FloatArray) -> FloatArray:
     return torque
 
 
-def foot_weight_torque(signals: FootSignals) -> FloatArray:
-    """Torque of the weight of a foot and its link about each shaft, (W, J) [N m]."""
-    if signals.jacobian_m_rad is not None:
-        slope: FloatArray = signals.jacobian_m_rad[:, :, 2].sum(axis=1)
-        return -FOOT_WEIGHT_N * slope
-    return -FOOT_WEIGHT_N * signals.slope_m_rad[..., 1]
+def foot_slip(walked: Feet, velocity_B: FloatArray) -> FloatArray:  # noqa: N803 - frame suffix
+    """Velocity of feet over the ground, (W, N, 2) [m/s], body axes, under a body with (W, 3)."""
+    place = walked.signals.position_m
+    slip = walked.rate_m_s[..., :2] + velocity_B[:, None, :2]
+    slip[..., 0] -= velocity_B[:, None, 2] * place[..., 1]
+    slip[..., 1] += velocity_B[:, None, 2] * place[..., 0]
+    return slip
 
 
 def shaft_give(signals: FootSignals, compliance: FloatArray) -> FloatArray:

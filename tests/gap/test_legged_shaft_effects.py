@@ -3,12 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import binary_erosion
 
 from gap.interfaces import Drive
 from model.effects.shafts import _held_back
 from model.kinematics.four_bar import FourBarKinematics
 from model.kinematics.legs import leg_kinematics
-from model.values.arrays import FloatArray
+from model.values.arrays import BoolArray, FloatArray
 from model.values.parameters import FourBarParameters
 from tests.gap.predictions import COULOMB, ML, Prediction, inside
 from tests.gap.walks import cause, command_trial, machine, walk
@@ -102,16 +103,23 @@ def test_backlash_lies_on_one_flank_or_the_other() -> None:
         lever = slopes(commands("metachronal", 0.2, 10.0, got.time_s))
         torque = np.sum(lever * base.force[..., [0, 2]], axis=2)[:, ML]
         assert np.abs(play).max() <= width / 2 + 1e-12
-        assert np.allclose(play[torque > 0.2], width / 2, atol=1e-3)
-        assert np.allclose(play[torque < -0.2], -width / 2, atol=1e-3)
-        assert (torque > 0.2).any()
-        assert (torque < -0.2).any()
+        # when it changes flanks is known to a tenth of a second or two, and blurred over that
+        driven, held = steadily(torque > 0.2), steadily(torque < -0.2)
+        assert np.allclose(play[driven], width / 2, atol=1e-3)
+        assert np.allclose(play[held], -width / 2, atol=1e-3)
+        assert driven.any()
+        assert held.any()
         free = base["force_z"][:, ML] == 0
         rising, falling = lever[:, ML, 1] > 0.01, lever[:, ML, 1] < -0.01
         # a foot's weight holds it back, then draws it on; grease lets it fall in a few frames
         assert np.isclose(np.median(play[free & rising]), -width / 2)
         assert np.isclose(np.median(play[free & falling]), width / 2)
         assert (np.abs(play[free]) < width / 4).any()
+
+
+def steadily(so: BoolArray) -> BoolArray:
+    """Where something is so, and was and will be for a fifth of a second."""
+    return binary_erosion(so, iterations=5)
 
 
 def test_a_tight_joint_stays_as_far_behind_as_friction_holds_it() -> None:

@@ -5,16 +5,18 @@ bound to places, the chain is run until nothing changes. Measured drive: shafts,
 pose come from the sensors (made good for what the causes say of the sensors), where they were measured.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache, partial
 
 import numpy as np
 
 from gap.interfaces import Drive
 from gap.machines.legged.inputs import LeggedInputs
+from gap.machines.legged.passes import Flanks, PassKind, PassStart, settled
 from gap.machines.legged.solved import SolvedOnArrays, SolvedTraction
 from gap.machines.legged.walk_truth import MARKER_SHARE, Walk, finite, foot_forces, truth_of
 from model.effects.catalogue import EFFECTS
+from model.effects.gear_play import crossing_speed, foot_weight_torque
 from model.effects.grid import body_velocity
 from model.effects.ground import Sliding, Standing, slide, stand, stands_on
 from model.effects.machine import LeggedMachine
@@ -28,7 +30,7 @@ from model.effects.shafts import (
     Loads,
     feels_loads,
     feet,
-    foot_weight_torque,
+    foot_slip,
     load_torque,
     moves_feet,
     moves_shafts,
@@ -41,43 +43,9 @@ from model.motion.se2 import integrate
 from model.traction.frames import near_answers
 from model.values.arrays import FloatArray
 
-PASSES = 30
-CONVERGED = 1e-7  # change from pass to pass of shafts [rad] and places [m]
-LEAST_SHARE = 1 / 8  # of the way to what a pass found, that the next one goes where passes diverge
 REMEMBERED = 24
 SHAFTS_GIVE = (*GIVES, "gear_backlash")
 BOUND_TO_PLACES = ("ground_step", "friction_patch", "ground_slope", "tether_force")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _PassStart:
-    """What a pass takes as given.
-
-    Attributes:
-        force_n: Forces on the feet that act about the shafts, (W, N, 3).
-        flank_force_n: Those that decide against which flank a shaft with play lies; the same if None.
-        world: Place of the body, x, y [m], yaw [rad], (W, 3).
-        velocity_B: Measured velocity of the body, (W, 3); None where it is solved for.
-        moving_B: Velocity that drag and inertia shift loads by, (W, 3); None where it is not known yet.
-    """
-
-    force_n: FloatArray
-    flank_force_n: FloatArray | None
-    world: FloatArray
-    velocity_B: FloatArray | None  # noqa: N815 - frame suffix
-    moving_B: FloatArray | None  # noqa: N815
-
-    def towards(self, walk: Walk, share: float, measured: bool, place_known: bool) -> "_PassStart":
-        """Return what the next pass takes as given: a share of the way to what the last one found."""
-        solved_n = self.force_n if measured else foot_forces(walk)
-        solved_m = self.world if place_known else walk.world
-        moving = self.velocity_B
-        if moving is None:
-            moving = _relaxed(self.moving_B, finite(walk.sliding.velocity_B), share)
-        return replace(
-            self, force_n=_relaxed(self.force_n, solved_n, share),
-            world=_relaxed(self.world, solved_m, share), moving_B=moving,
-        )  # fmt: skip
 
 
 class LeggedChain:
@@ -144,45 +112,43 @@ class LeggedChain:
         velocity = None
         if world is not None and resists_motion(settings):
             velocity = body_velocity(known.grid, world)
-        flank = None
-        if not measured and settings.has("gear_backlash"):
-            # the loads of a walk without the play decide against which flank a shaft lies
-            tight = tuple(one for one in settings.acting if one[0] != "gear_backlash")
-            flank = foot_forces(
-                self._plain_walk(known, replace(settings, acting=tight), drive, near)
-            )
         place = np.tile(known.start_pose, (known.grid.frames, 1)) if world is None else world
         force = known.force_n if measured else np.zeros_like(known.force_n)
+        tight = None
+        if not measured and settings.has("gear_backlash"):
+            # the loads of a walk without the play decide against which flank a shaft lies
+            acting = tuple(one for one in settings.acting if one[0] != "gear_backlash")
+            tight = self._plain_walk(known, replace(settings, acting=acting), drive, near)
         if measured and feels_loads(settings) and not np.isfinite(force).any():
             # without force sensors shafts feel the loads that are predicted without their give
             acting = tuple(one for one in settings.acting if one[0] not in SHAFTS_GIVE)
             added = tuple(one for one in settings.added if one.user.effect.stage != "actuation")
             plain = replace(settings, acting=acting, added=added)
-            force = foot_forces(self._plain_walk(known, plain, drive, near))
-        start = _PassStart(force, flank, place, velocity, velocity)
+            tight = self._plain_walk(known, plain, drive, near)
+            force = foot_forces(tight)
+        flank = None if tight is None else self._flanks(known, tight, settings)
+        start = PassStart(force, flank, place, velocity, velocity)
         walk = self._pass(known, settings, drive, start, near)
         if not _acts_back(settings, drive, world is None):
             return walk
-        # a heavy mass shifts loads farther than they were off
-        share, last = (0.5 if settings.has("inertia_lag") else 1.0), np.inf
-        for _ in range(PASSES):
-            before = walk
-            start = start.towards(walk, share, measured, world is not None)
-            walk = self._pass(known, settings, drive, start, walk.sliding)
-            change = _change(before, walk) / share
-            if change <= CONVERGED:
-                break
-            if not change < last:  # it went too far: half the way
-                share = max(share / 2, LEAST_SHARE)
-            last = change
-        return walk
+        return settled(
+            lambda given, alike: self._pass(known, settings, drive, given, alike),
+            start, walk, PassKind(measured, world is not None),
+        )  # fmt: skip
+
+    def _flanks(self, known: LeggedInputs, tight: Walk, settings: Settings) -> Flanks:
+        """What a walk without play says of shafts with it, with the slip of feet that follow commands."""
+        walked = feet(self._machine, known.grid, tight.shaft_rad, settings)
+        slip = foot_slip(walked, tight.sliding.velocity_B)
+        crossing = crossing_speed(walked.signals, slip, tight.standing.load_n)
+        return Flanks(foot_forces(tight), crossing)
 
     def _pass(
         self,
         known: LeggedInputs,
         settings: Settings,
         drive: Drive,
-        start: _PassStart,
+        start: PassStart,
         alike: Sliding | None,
     ) -> Walk:
         """One pass through the stages."""
@@ -195,10 +161,11 @@ class LeggedChain:
             near = known.shaft_rad if measured else known.command_rad
             lever = feet(machine, grid, near, settings).signals
             torque = load_torque(lever, force)
-            flank = (
-                torque if start.flank_force_n is None else load_torque(lever, start.flank_force_n)
-            )
-            loads = Loads(torque, flank + foot_weight_torque(lever))
+            weight = foot_weight_torque(lever)
+            loads = Loads(torque, torque + weight)
+            if start.flanks is not None:
+                predicted = load_torque(lever, start.flanks.force_n)
+                loads = Loads(torque, predicted + weight, start.flanks.crossing_rad_s)
             if settings.has(UNSEEN_GIVE):
                 unseen = settings.each(UNSEEN_GIVE)[0] * torque
             if not measured:
@@ -293,20 +260,10 @@ def _laws_of(settings: Settings) -> Settings:
     return replace(settings, acting=acting, added=())
 
 
-def _relaxed(given: FloatArray | None, solved: FloatArray, share: float) -> FloatArray:
-    return solved if given is None or share == 1.0 else given + share * (solved - given)
-
-
 def _acts_back(settings: Settings, drive: Drive, place_unknown: bool) -> bool:
     loads = settings.has(*GIVES) or bool(settings.at("actuation"))
     places = resists_motion(settings) or settings.has(*BOUND_TO_PLACES)
     return (loads and drive is Drive.COMMAND) or (places and place_unknown)
-
-
-def _change(before: Walk, after: Walk) -> float:
-    shaft = np.abs(after.shaft_rad - before.shaft_rad)
-    place = np.abs(after.world - before.world)
-    return float(max(np.nanmax(shaft, initial=0.0), np.nanmax(place, initial=0.0)))
 
 
 def _measured_world(known: LeggedInputs) -> FloatArray | None:
