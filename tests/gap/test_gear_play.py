@@ -34,7 +34,7 @@ def test_a_strut_crosses_no_faster_than_its_foot_would_slip() -> None:
 
 
 def test_the_mean_over_times_that_a_fall_may_have_keeps_the_width() -> None:
-    """A step at a wrong time, fitted with the blurred one, has its width; with a sharp one it is too small."""
+    """A step at a wrong time has its width by the blurred one, and less by a sharp one."""
     sharp = np.sign(PUSHED[:, 0]) * 0.02
     shifted = [np.roll(sharp, by) for by in range(-7, 8)]
     inside = slice(30, 470)
