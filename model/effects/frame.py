@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.effects.grid import Grid
-from model.effects.ground import Sliding, Standing, contact_points, slide, stand
+from model.effects.ground import Sliding, Standing, contact_points, foot_slip, slide, stand
 from model.effects.machine import LeggedMachine
 from model.effects.pushes import Before, Scene
 from model.effects.sensing import true_forces
@@ -125,13 +125,12 @@ def _contact(motion: FootMotion, standing: Standing, sliding: Sliding) -> Contac
     slope_x, slope_y = standing.slopes[MIDDLE].tolist()
     height = float(standing.height_m[MIDDLE])
     support = Support(True, "", height, slope_x, slope_y, load, loaded, 0)
-    place, velocity = motion.position_m, sliding.velocity_B[MIDDLE].copy()
+    velocity = sliding.velocity_B[MIDDLE].copy()
     if not np.isfinite(motion.velocity_m_s).all():
         return ContactSolution(support, no_contact(len(load), SPEED_UNKNOWN).traction)
     if not np.isfinite(velocity).all():
         return ContactSolution(support, no_contact(len(load), TOO_FEW).traction)
-    slip = motion.velocity_m_s[:, :2] + velocity[:2]
-    slip += velocity[2] * np.stack([-place[:, 1], place[:, 0]], axis=1)
+    slip = foot_slip(motion.position_m, motion.velocity_m_s, velocity)
     slip[~loaded] = np.nan
     force = np.column_stack([sliding.force_xy_n[MIDDLE], load])
     traction = Traction(True, "", readonly(velocity), readonly(slip), readonly(force))

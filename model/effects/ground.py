@@ -74,6 +74,24 @@ def _beyond(scene: Scene, feet_xy: FloatArray, edge_m: float) -> FloatArray:
     return share
 
 
+def foot_slip(
+    foot_m: FloatArray,
+    foot_m_s: FloatArray,
+    velocity_B: FloatArray,  # noqa: N803 - frame suffix
+) -> FloatArray:
+    """Velocity of feet over the ground, (..., N, 2) [m/s], body axes.
+
+    Args:
+        foot_m: Feet in the body frame, (..., N, 3).
+        foot_m_s: Their velocity in it, (..., N, 3).
+        velocity_B: Velocity of the body, (..., 3).
+    """
+    velocity = velocity_B[..., None, :]
+    slip: FloatArray = foot_m_s[..., :2] + velocity[..., :2]
+    slip += velocity[..., 2:] * np.stack([-foot_m[..., 1], foot_m[..., 0]], axis=-1)
+    return slip
+
+
 def contact_points(feet: Feet, settings: Settings) -> FloatArray:
     """Unloaded points of contact, (W, N, 3), of legs of their length.
 

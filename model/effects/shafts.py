@@ -206,15 +206,6 @@ def load_torque(signals: FootSignals, force_n: FloatArray) -> FloatArray:
     return torque
 
 
-def foot_slip(walked: Feet, velocity_B: FloatArray) -> FloatArray:  # noqa: N803 - frame suffix
-    """Velocity of feet over the ground, (W, N, 2) [m/s], body axes, under a body with (W, 3)."""
-    place = walked.signals.position_m
-    slip = walked.rate_m_s[..., :2] + velocity_B[:, None, :2]
-    slip[..., 0] -= velocity_B[:, None, 2] * place[..., 1]
-    slip[..., 1] += velocity_B[:, None, 2] * place[..., 0]
-    return slip
-
-
 def shaft_give(signals: FootSignals, compliance: FloatArray) -> FloatArray:
     """How far feet give along x where shafts give by (J,) [rad/(N m)], (W, N) [m/N]."""
     give: FloatArray

@@ -12,13 +12,13 @@ import numpy as np
 
 from gap.interfaces import Drive
 from gap.machines.legged.inputs import LeggedInputs
-from gap.machines.legged.passes import Flanks, PassKind, PassStart, settled
+from gap.machines.legged.passes import Flanks, PassStart, settled
 from gap.machines.legged.solved import SolvedOnArrays, SolvedTraction
 from gap.machines.legged.walk_truth import MARKER_SHARE, Walk, finite, foot_forces, truth_of
 from model.effects.catalogue import EFFECTS
 from model.effects.gear_play import crossing_speed, foot_weight_torque
 from model.effects.grid import body_velocity
-from model.effects.ground import Sliding, Standing, slide, stand, stands_on
+from model.effects.ground import Sliding, Standing, foot_slip, slide, stand, stands_on
 from model.effects.machine import LeggedMachine
 from model.effects.pushes import Scene, resists_motion
 from model.effects.sensing import read_sensors, true_signals
@@ -30,7 +30,6 @@ from model.effects.shafts import (
     Loads,
     feels_loads,
     feet,
-    foot_slip,
     load_torque,
     moves_feet,
     moves_shafts,
@@ -126,20 +125,22 @@ class LeggedChain:
             plain = replace(settings, acting=acting, added=added)
             tight = self._plain_walk(known, plain, drive, near)
             force = foot_forces(tight)
-        flank = None if tight is None else self._flanks(known, tight, settings)
-        start = PassStart(force, flank, place, velocity, velocity)
+        flanks = None
+        if tight is not None and settings.has("gear_backlash"):
+            flanks = self._flanks(known, tight, settings)
+        start = PassStart(force, flanks, place, velocity, velocity)
         walk = self._pass(known, settings, drive, start, near)
         if not _acts_back(settings, drive, world is None):
             return walk
         return settled(
             lambda given, alike: self._pass(known, settings, drive, given, alike),
-            start, walk, PassKind(measured, world is not None),
+            start, walk, forces_known=measured, place_known=world is not None,
         )  # fmt: skip
 
     def _flanks(self, known: LeggedInputs, tight: Walk, settings: Settings) -> Flanks:
         """What a walk without play says of shafts with it, with the slip of feet that follow commands."""
         walked = feet(self._machine, known.grid, tight.shaft_rad, settings)
-        slip = foot_slip(walked, tight.sliding.velocity_B)
+        slip = foot_slip(walked.signals.position_m, walked.rate_m_s, tight.sliding.velocity_B)
         crossing = crossing_speed(walked.signals, slip, tight.standing.load_n)
         return Flanks(foot_forces(tight), crossing)
 
@@ -161,11 +162,11 @@ class LeggedChain:
             near = known.shaft_rad if measured else known.command_rad
             lever = feet(machine, grid, near, settings).signals
             torque = load_torque(lever, force)
-            weight = foot_weight_torque(lever)
-            loads = Loads(torque, torque + weight)
+            flank, crossing = torque, None
             if start.flanks is not None:
-                predicted = load_torque(lever, start.flanks.force_n)
-                loads = Loads(torque, predicted + weight, start.flanks.crossing_rad_s)
+                flank = load_torque(lever, start.flanks.force_n)
+                crossing = start.flanks.crossing_rad_s
+            loads = Loads(torque, flank + foot_weight_torque(lever), crossing)
             if settings.has(UNSEEN_GIVE):
                 unseen = settings.each(UNSEEN_GIVE)[0] * torque
             if not measured:

@@ -2,8 +2,8 @@
 
 Loads move shafts, and shafts decide loads; drag and inertia shift the loads that the ground answers them
 with. A pass answers with one of them given. How far the next pass goes towards what the last one found
-comes from how two residuals in a row differ: Aitken's relaxation, as of coupled flow and structure, after
-which three or four passes do (Kuettler and Wall 2008, doi:10.1007/s00466-008-0255-5). Where a change
+comes from how two residuals in a row differ: Aitken's relaxation, as of coupled flow and structure, with
+which three to seven passes do (Kuettler and Wall 2008, doi:10.1007/s00466-008-0255-5). Where a change
 grows, the next step is half as long.
 """
 
@@ -17,9 +17,7 @@ from model.effects.ground import Sliding
 from model.values.arrays import FloatArray
 
 PASSES = 30
-STALLED = (
-    12  # passes in which the least change does not halve; a foot hops between two answers then
-)
+STALLED = 12  # passes without a change of half the least: a foot hops between two answers
 CONVERGED = 1e-7  # change from pass to pass of shafts [rad] and places [m]
 LEAST_SHARE, MOST_SHARE = 1 / 8, 2.0  # of the way to what a pass found, that the next one goes
 
@@ -55,13 +53,13 @@ class PassStart:
     velocity_B: FloatArray | None  # noqa: N815 - frame suffix
     moving_B: FloatArray | None  # noqa: N815
 
-    def answered(self, walk: Walk, measured: bool, place_known: bool) -> "PassStart":
+    def answered(self, walk: Walk, forces_known: bool, place_known: bool) -> "PassStart":
         """Return what a pass from here answered to what it was given."""
         moving = self.velocity_B
         if moving is None:
             moving = finite(walk.sliding.velocity_B)
         return replace(
-            self, force_n=self.force_n if measured else foot_forces(walk),
+            self, force_n=self.force_n if forces_known else foot_forces(walk),
             world=self.world if place_known else walk.world, moving_B=moving,
         )  # fmt: skip
 
@@ -85,28 +83,28 @@ class PassStart:
         return (answer.force_n - self.force_n, answer.world - self.world, answer.moving_B - moving)
 
 
-@dataclass(frozen=True, slots=True)
-class PassKind:
-    """What the passes of a walk go round for.
-
-    Attributes:
-        measured: Whether forces are measured.
-        place_known: Whether the body's place is.
-    """
-
-    measured: bool
-    place_known: bool
-
-
 def settled(
-    run: Callable[[PassStart, Sliding], Walk], start: PassStart, walk: Walk, kind: PassKind
+    run: Callable[[PassStart, Sliding], Walk],
+    start: PassStart,
+    walk: Walk,
+    *,
+    forces_known: bool,
+    place_known: bool,
 ) -> Walk:
-    """Run passes after the one that a start gave, until nothing changes, and return the last."""
+    """Run passes after the one that a start gave, until nothing changes, and return the last.
+
+    Args:
+        run: A pass, with an answer near which its balances start.
+        start: What the first pass took as given.
+        walk: What it gave.
+        forces_known: Whether forces are measured, so that no pass changes them.
+        place_known: The same of the body's place.
+    """
     share, most, last = 1.0, MOST_SHARE, np.inf
     least, since = np.inf, 0
     before: tuple[FloatArray, ...] = ()
     for _ in range(PASSES):
-        answer = start.answered(walk, kind.measured, kind.place_known)
+        answer = start.answered(walk, forces_known, place_known)
         short = start.short_of(answer)
         if len(before) == len(short):
             share = float(np.clip(_next_share(share, before, short), LEAST_SHARE, most))
