@@ -20,17 +20,16 @@ from model.effects.shafts import Feet
 from model.effects.signals import FrictionSignals, MotionSignals, SupportSignals
 from model.motion.se2 import turned
 from model.support.frames import SupportSolutions, solve_support_frames
+from model.support.twisting import solve_twisting_support, twist_of_rows
 from model.traction.coulomb_kernel import FootLaw
 from model.traction.frames import REST_SPEED_M_S, SlidingFeet
-from model.values.arrays import BoolArray, FloatArray, IntArray
+from model.values.arrays import BoolArray, FloatArray
 
 STANDS_ON = frozenset({
     "leg_length", "ground_step", "ground_stiffness", "chassis_twist", "leg_stiffness", "com_offset",
     "payload", "ground_slope", "tether_force", "drag", "inertia_lag",
 })  # fmt: skip
 EDGE_M = 0.004  # over which an edge in the floor is rounded, so that fits can move it
-TWIST_PASSES = 40
-TWIST_CONVERGED_RAD = 1e-11
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,58 +160,17 @@ def _balance(
     points = signals.feet_m.copy()
     points[..., 0] -= signals.com_m[:, :1]
     points[..., 1] -= signals.com_m[:, 1:]
-
-    support = solve_support_frames(
-        points, signals.ground_m, signals.stiffness_n_m, signals.weight_n
-    )
     if twist_rad_nm == 0.0:
-        return support, np.zeros((1, points.shape[1]))
-    row, give = _twisting(shaft_x, twist_rad_nm)
-    arm = np.where(row[None, :, None] == np.arange(len(give)), signals.feet_m[..., 1:2], 0.0)
-    sure = signals.stiffness_n_m[:, None] * arm**2
-
-    def bent(angle: FloatArray) -> SupportSolutions:
-        moved = points.copy()
-        moved[..., 2] += np.einsum("wnk,wk->wn", arm, angle)
-        return solve_support_frames(
-            moved, signals.ground_m, signals.stiffness_n_m, signals.weight_n
+        support = solve_support_frames(
+            points, signals.ground_m, signals.stiffness_n_m, signals.weight_n
         )
-
-    def excess(angle: FloatArray, of: SupportSolutions) -> FloatArray:
-        moment = np.einsum("wnk,wn->wk", arm, np.nan_to_num(of.load_n))
-        out: FloatArray = angle - moment @ give
-        return out
-
-    angle = np.zeros((len(points), len(give)))
-    # Broyden's method from a slope that is never too small: rows turn against the springs of their legs
-    slope = np.eye(len(give)) + give * sure.sum(axis=1)[:, None, :]
-    off = excess(angle, support)
-    for _ in range(TWIST_PASSES):
-        step = -np.linalg.solve(slope, off[..., None])[..., 0]
-        if not np.max(np.abs(step), initial=0.0) > TWIST_CONVERGED_RAD:
-            break
-        angle = angle + step
-        support = bent(angle)
-        new = excess(angle, support)
-        size = np.fmax(np.sum(step**2, axis=1), 1e-24)
-        slope = slope + new[:, :, None] * step[:, None, :] / size[:, None, None]
-        off = new
+        return support, np.zeros((1, points.shape[1]))
+    row, give = twist_of_rows(shaft_x, twist_rad_nm)
+    support, angle = solve_twisting_support(
+        points, signals.ground_m, signals.stiffness_n_m, signals.weight_n,
+        signals.feet_m[..., 1], (row, give),
+    )  # fmt: skip
     return support, angle[:, row]
-
-
-def _twisting(shaft_x: FloatArray, twist_rad_nm: float) -> tuple[IntArray, FloatArray]:
-    """Row of each leg, (N,), and how far rows roll against the middle for moments, (K, K) [rad/(N m)].
-
-    The chassis is a bar along x that gives evenly: what it carries between two rows is the moment of all
-    legs beyond. A moment on the front row and its opposite on the rear one roll them apart by
-    ``twist_rad_nm`` for each N m.
-    """
-    places, row = np.unique(np.round(shaft_x, 3), return_inverse=True)
-    away = places - (places[0] + places[-1]) / 2
-    same_side = np.sign(away)[:, None] == np.sign(away)
-    shared = np.where(same_side, np.minimum(np.abs(away)[:, None], np.abs(away)), 0.0)
-    give: FloatArray = twist_rad_nm * shared / max(float(np.ptp(places)), 1e-9)
-    return row, give
 
 
 def slide(
@@ -298,7 +256,7 @@ def _give(scene: Scene, foot_z_m: FloatArray, shaft_give_m_n: FloatArray | None)
         give = give + np.stack([shaft_give_m_n, np.zeros_like(shaft_give_m_n)], axis=2)
     if settings.has("chassis_twist") and not scene.grid.is_moment:
         # what pushes a foot aside rolls its row; a moment is too short for that
-        row, rolls = _twisting(shaft_x, *settings.whole("chassis_twist"))
+        row, rolls = twist_of_rows(shaft_x, *settings.whole("chassis_twist"))
         aside = np.diag(rolls)[row] * foot_z_m**2
         give = give + np.stack([np.zeros_like(aside), aside], axis=2)
     return give

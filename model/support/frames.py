@@ -67,10 +67,7 @@ def solve_support_frames(
         )
     if not (weight_n > 0 and (stiffness_n_m > 0).all()):
         raise ModelError("weight and stiffness must be positive")
-    answer = out
-    if answer is None:
-        per_frame = np.zeros((2, frames), dtype=np.int64)
-        answer = SupportSolutions(np.empty((frames, 3)), np.empty((frames, count)), *per_frame)
+    answer = answers_for(frames, count) if out is None else out
     prepare()
     feet, ground, stiffness = (
         np.ascontiguousarray(values, np.float64) for values in (feet_m, ground_m, stiffness_n_m)
@@ -80,6 +77,12 @@ def solve_support_frames(
         for values in answer:
             readonly(values)
     return answer
+
+
+def answers_for(frames: int, count: int) -> SupportSolutions:
+    """Return room for the answers of so many frames of so many feet."""
+    per_frame = np.zeros((2, frames), dtype=np.int64)
+    return SupportSolutions(np.empty((frames, 3)), np.empty((frames, count)), *per_frame)
 
 
 @compiled
