@@ -3,7 +3,7 @@
 import ast
 import re
 import subprocess
-from collections.abc import Mapping, Set
+from collections.abc import Iterator, Mapping, Set
 from graphlib import TopologicalSorter
 from importlib.metadata import packages_distributions
 from pathlib import Path
@@ -31,30 +31,45 @@ def test_no_installed_package_uses_our_names() -> None:
     assert not {name: found for name, found in others.items() if found}
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda p: p.relative_to(ROOT).as_posix())
-def test_a_module_holds_one_idea(path: Path) -> None:
-    assert len(path.read_text(encoding="utf-8").splitlines()) <= 450, "is it one idea?"
-    assert not re.match(r"(utils?|helpers?|common|misc|manager)", path.stem)
+ROOMS = sorted({path.parent for path in SOURCES})
+every_room = pytest.mark.parametrize("room", ROOMS, ids=lambda p: p.relative_to(ROOT).as_posix())
+
+
+@every_room
+def test_a_module_holds_one_idea(room: Path) -> None:
+    modules = sorted(room.glob("*.py"))
+    lines = {one.name: len(one.read_text(encoding="utf-8").splitlines()) for one in modules}
+    assert not {name: count for name, count in lines.items() if count > 450}, "is it one idea?"
+    vague = re.compile(r"(utils?|helpers?|common|misc|manager)")
+    assert not [one.name for one in modules if vague.match(one.stem)]
 
 
 KERNELS = {"compiled", "compiled_sums"}  # machine code takes plain arrays and numbers
 MOST_PARAMETERS = 7
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda p: p.relative_to(ROOT).as_posix())
-def test_values_that_travel_together_are_one_value(path: Path) -> None:
-    long = {}
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+@every_room
+def test_values_that_travel_together_are_one_value(room: Path) -> None:
+    long = {
+        f"{path.name}: {name}": count
+        for path in sorted(room.glob("*.py"))
+        for name, count in _parameters(ast.parse(path.read_text(encoding="utf-8")))
+        if count > MOST_PARAMETERS
+    }
+    assert not long, "give what travels together a name: a dataclass or a named tuple"
+
+
+def _parameters(tree: ast.Module) -> Iterator[tuple[str, int]]:
+    """Functions of a module that are no kernels, and how many parameters each has besides ``self``."""
+    for node in ast.walk(tree):
         if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             continue
         names = [
             one.arg for one in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)
         ]
-        own = len(names) - (names[:1] in (["self"], ["cls"]))
         decorators = {ast.unparse(one).split("(")[0] for one in node.decorator_list}
-        if own > MOST_PARAMETERS and not decorators & KERNELS:
-            long[node.name] = own
-    assert not long, "give what travels together a name: a dataclass or a named tuple"
+        if not decorators & KERNELS:
+            yield node.name, len(names) - (names[:1] in (["self"], ["cls"]))
 
 
 def test_nothing_names_a_package_index_or_a_place_of_some_machine() -> None:
@@ -81,10 +96,7 @@ def test_only_the_loop_waits() -> None:
         assert "time.sleep" not in text, path
 
 
-ROOMS = sorted({path.parent for path in SOURCES})
-
-
-@pytest.mark.parametrize("room", ROOMS, ids=lambda p: p.relative_to(ROOT).as_posix())
+@every_room
 def test_a_room_can_be_taken_in_at_a_glance_and_says_what_lives_there(room: Path) -> None:
     assert len(list(room.glob("*.py"))) <= 26, "make a folder of what belongs together"
     door = ast.get_docstring(ast.parse((room / "__init__.py").read_text(encoding="utf-8"))) or ""
@@ -95,21 +107,18 @@ def test_the_first_floor_of_robot_is_folders() -> None:
     assert len([path for path in (ROOT / "robot").iterdir() if path.is_file()]) <= 5
 
 
-def test_modules_import_each_other_without_circles() -> None:
+def test_modules_and_rooms_import_each_other_without_circles() -> None:
+    """A folder above and its own rooms are one: what is at the top of it serves them all."""
     names = {_name(path): path for path in SOURCES}
     graph = {name: _imports(path, names.keys() - {name}) for name, path in names.items()}
     TopologicalSorter(graph).prepare()  # raises CycleError and names the circle
-
-
-def test_rooms_import_each_other_without_circles() -> None:
-    """A folder above and its own rooms are one: what is at the top of it serves them all."""
-    names = {_name(path): path for path in SOURCES}
-    graph: dict[str, set[str]] = {}
-    for name, path in names.items():
-        room = _name(path.parent)
-        others = {_room(other, names) for other in _imports(path, names.keys() - {name})}
-        graph.setdefault(room, set()).update(others - {room})
-    TopologicalSorter(graph).prepare()
+    of_rooms: dict[str, set[str]] = {}
+    for name, imported in graph.items():
+        room = _name(names[name].parent)
+        of_rooms.setdefault(room, set()).update(
+            {_room(other, names) for other in imported} - {room}
+        )
+    TopologicalSorter(of_rooms).prepare()
 
 
 def _name(path: Path) -> str:

@@ -110,6 +110,18 @@ class Settings:
         acting = tuple((name, rows if name == effect else old) for name, old in self.acting)
         return replace(self, acting=acting)
 
+    def without(self, *effects: str) -> "Settings":
+        """Return settings without some effects of the catalogue."""
+        return replace(self, acting=tuple(one for one in self.acting if one[0] not in effects))
+
+    def times(self, effect: str, factors: FloatArray) -> "Settings":
+        """Return settings with ratios multiplied, (N,) or (J,), of an effect with one for each place."""
+        rows = (tuple((self.each(effect)[0] * factors).tolist()),)
+        acting = {**self._acting, effect: rows}
+        return replace(
+            self, acting=tuple((name, acting[name]) for name in EFFECTS if name in acting)
+        )
+
     def _rows(self, effect: str) -> Rows:
         return (
             self._acting[effect]

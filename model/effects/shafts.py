@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model.effects.catalogue import NO_LIMIT_RAD_S
-from model.effects.gear_play import in_play
+from model.effects.gear_play import Strut, in_play
 from model.effects.grid import FOOT_WINDOW_S, Grid
 from model.effects.leg_paths import foot_paths
 from model.effects.machine import LeggedMachine
@@ -47,12 +47,12 @@ class Loads:
     Attributes:
         torque_nm: Torque about each shaft, positive where it drives it on, (W, J).
         flank_nm: The same for deciding which flank of a play a shaft lies against, (W, J).
-        crossing_rad_s: How fast shafts cross a play at most, (W, J); None for no limit but grease.
+        strut: What the ground lets shafts do in their play; None for nothing but grease.
     """
 
     torque_nm: FloatArray
     flank_nm: FloatArray
-    crossing_rad_s: FloatArray | None = None
+    strut: Strut | None = None
 
 
 def feels_loads(settings: Settings) -> bool:
@@ -80,7 +80,7 @@ def shafts(
         return angle
     if settings.has("gear_backlash"):
         (width_rad,) = settings.each("gear_backlash")
-        angle = angle + in_play(grid, loads.flank_nm, width_rad, loads.crossing_rad_s)
+        angle = angle + in_play(grid, loads.flank_nm, width_rad, loads.strut)
     signals = ShaftSignals(grid.time_s, command_rad, loads.torque_nm, angle)
     return settings.acted("actuation", signals).shaft_rad
 

@@ -16,7 +16,7 @@ from gap.machines.legged.passes import Flanks, PassStart, settled
 from gap.machines.legged.solved import SolvedOnArrays, SolvedTraction
 from gap.machines.legged.walk_truth import MARKER_SHARE, Walk, finite, foot_forces, truth_of
 from model.effects.catalogue import EFFECTS
-from model.effects.gear_play import crossing_speed, foot_weight_torque
+from model.effects.gear_play import LOOSE_PUSH, foot_weight_torque, strut_of
 from model.effects.grid import body_velocity
 from model.effects.ground import Sliding, Standing, foot_slip, slide, stand, stands_on
 from model.effects.machine import LeggedMachine
@@ -43,7 +43,6 @@ from model.traction.frames import near_answers
 from model.values.arrays import FloatArray
 
 REMEMBERED = 24
-SHAFTS_GIVE = (*GIVES, "gear_backlash")
 BOUND_TO_PLACES = ("ground_step", "friction_patch", "ground_slope", "tether_force")
 
 
@@ -113,21 +112,24 @@ class LeggedChain:
             velocity = body_velocity(known.grid, world)
         place = np.tile(known.start_pose, (known.grid.frames, 1)) if world is None else world
         force = known.force_n if measured else np.zeros_like(known.force_n)
-        tight = None
-        if not measured and settings.has("gear_backlash"):
-            # the loads of a walk without the play decide against which flank a shaft lies
-            acting = tuple(one for one in settings.acting if one[0] != "gear_backlash")
-            tight = self._plain_walk(known, replace(settings, acting=acting), drive, near)
-        if measured and feels_loads(settings) and not np.isfinite(force).any():
-            # without force sensors shafts feel the loads that are predicted without their give
-            acting = tuple(one for one in settings.acting if one[0] not in SHAFTS_GIVE)
-            added = tuple(one for one in settings.added if one.user.effect.stage != "actuation")
-            plain = replace(settings, acting=acting, added=added)
-            tight = self._plain_walk(known, plain, drive, near)
-            force = foot_forces(tight)
         flanks = None
-        if tight is not None and settings.has("gear_backlash"):
-            flanks = self._flanks(known, tight, settings)
+        felt = measured and bool(np.isfinite(force).any())
+        if settings.has("gear_backlash") and (felt or not measured):
+            # a walk without the play says how feet would slip, and its loads where none are measured
+            tight = self._plain_walk(known, settings.without("gear_backlash"), drive, near)
+            loose = tight if felt else self._loose_walk(known, settings, drive, near)
+            flanks = self._flanks(known, tight, loose, settings, force if felt else None)
+        if measured and feels_loads(settings) and not felt:
+            # without force sensors shafts feel the loads that are predicted without their give
+            added = tuple(one for one in settings.added if one.user.effect.stage != "actuation")
+            plain = replace(settings.without(*GIVES), added=added)
+            tight = self._plain_walk(known, plain.without("gear_backlash"), drive, near)
+            force = foot_forces(tight)
+            if settings.has("gear_backlash"):
+                # measured shafts have the play in them: feet on them stand
+                tight = self._plain_walk(known, plain.without("gear_backlash"), Drive.COMMAND, None)
+                loose = self._loose_walk(known, plain, Drive.COMMAND, None)
+                flanks = self._flanks(known, tight, loose, settings, None)
         start = PassStart(force, flanks, place, velocity, velocity)
         walk = self._pass(known, settings, drive, start, near)
         if not _acts_back(settings, drive, world is None):
@@ -137,12 +139,34 @@ class LeggedChain:
             start, walk, forces_known=measured, place_known=world is not None,
         )  # fmt: skip
 
-    def _flanks(self, known: LeggedInputs, tight: Walk, settings: Settings) -> Flanks:
-        """What a walk without play says of shafts with it, with the slip of feet that follow commands."""
+    def _loose_walk(
+        self, known: LeggedInputs, settings: Settings, drive: Drive, near: Sliding | None
+    ) -> Walk:
+        """Walk without the play, in which legs that have it hardly push the body."""
+        tight = settings.without("gear_backlash")
+        if self._machine.names.one_joint_a_leg:
+            loose = settings.each("gear_backlash")[0] > 0.0
+            tight = tight.times("foot_friction", np.where(loose, LOOSE_PUSH, 1.0))
+        return self._plain_walk(known, tight, drive, near)
+
+    def _flanks(
+        self,
+        known: LeggedInputs,
+        tight: Walk,
+        loose: Walk,
+        settings: Settings,
+        felt_n: FloatArray | None,
+    ) -> Flanks:
+        """What walks without play say of shafts with it, with the slip of feet that follow commands.
+
+        The loads of one decide against which flank a shaft lies, unless forces are measured (``felt_n``,
+        (W, N, 3)); the body of the other moves as while the shaft is between them.
+        """
         walked = feet(self._machine, known.grid, tight.shaft_rad, settings)
-        slip = foot_slip(walked.signals.position_m, walked.rate_m_s, tight.sliding.velocity_B)
-        crossing = crossing_speed(walked.signals, slip, tight.standing.load_n)
-        return Flanks(foot_forces(tight), crossing)
+        slip = foot_slip(walked.signals.position_m, walked.rate_m_s, loose.sliding.velocity_B)
+        measured = felt_n is not None
+        strut = strut_of(walked.signals, slip, tight.standing.load_n, measured=measured)
+        return Flanks(foot_forces(tight) if felt_n is None else felt_n, strut)
 
     def _pass(
         self,
@@ -162,11 +186,11 @@ class LeggedChain:
             near = known.shaft_rad if measured else known.command_rad
             lever = feet(machine, grid, near, settings).signals
             torque = load_torque(lever, force)
-            flank, crossing = torque, None
+            flank, strut = torque, None
             if start.flanks is not None:
                 flank = load_torque(lever, start.flanks.force_n)
-                crossing = start.flanks.crossing_rad_s
-            loads = Loads(torque, flank + foot_weight_torque(lever), crossing)
+                strut = start.flanks.strut
+            loads = Loads(torque, flank + foot_weight_torque(lever), strut)
             if settings.has(UNSEEN_GIVE):
                 unseen = settings.each(UNSEEN_GIVE)[0] * torque
             if not measured:

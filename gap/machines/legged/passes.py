@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gap.machines.legged.walk_truth import Walk, finite, foot_forces
+from model.effects.gear_play import Strut
 from model.effects.ground import Sliding
 from model.values.arrays import FloatArray
 
@@ -28,11 +29,11 @@ class Flanks:
 
     Attributes:
         force_n: Forces on the feet that decide against which flank a shaft lies, (W, N, 3).
-        crossing_rad_s: How fast shafts go from flank to flank at most, (W, J).
+        strut: What the ground lets shafts do between them.
     """
 
     force_n: FloatArray
-    crossing_rad_s: FloatArray
+    strut: Strut
 
 
 @dataclass(frozen=True, slots=True, eq=False)
