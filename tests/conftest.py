@@ -5,7 +5,7 @@ A worker of pytest-xdist inherits the environment, so this is in time for all of
 
 import gc
 import os
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 
 import pytest
 from hypothesis import is_hypothesis_test, settings
@@ -33,12 +33,22 @@ def pytest_configure(config: pytest.Config) -> None:
     settings.load_profile("thorough" if thorough(config) else "usual")
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Every property is tried again in `make thorough`, with more examples."""
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_collection_modifyitems(
+    config: pytest.Config, items: list[pytest.Item]
+) -> Generator[None, None, None]:
+    """Every property is tried again in `make thorough`, with more examples. Long tests are begun first.
+
+    Each of two workers begins with its half of the tests, and takes of the other's last ones afterwards.
+    """
     for item in items if thorough(config) else []:
         if is_hypothesis_test(getattr(item, "obj", None)):
             item.add_marker("thorough")
+    yield  # those that are not wanted are taken out
+    long = [item for item in items if item.get_closest_marker("long")]
+    short = [item for item in items if not item.get_closest_marker("long")]
+    half = len(items) // 2 - len(long[::2])
+    items[:] = [*long[::2], *short[:half], *long[1::2], *short[half:]]
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -35,6 +35,7 @@ def test_it_uses_the_door_only() -> None:
 
 
 @pytest.mark.soak
+@pytest.mark.long
 @pytest.mark.usefixtures("usual_pace")  # as the numbers that are kept
 def test_the_cells_run_in_order_and_give_what_is_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

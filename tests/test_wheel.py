@@ -78,6 +78,7 @@ def test_everything_that_comes_with_the_program_is_in_the_wheel_once(wheel: Path
 
 
 @pytest.mark.soak
+@pytest.mark.long
 def test_drive_show_import_and_diagnose_work_in_an_empty_folder(site: Path, lab: Path) -> None:
     short = ["--cycles", "0.2", "--frequency-hz", "0.3"]
     bigant(site, lab, "drive", "--virtual-time", *short, "--log", "walk.mcap")

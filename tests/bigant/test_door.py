@@ -289,6 +289,7 @@ def test_pictures_have_axes_and_show_in_a_notebook(
 
 
 @pytest.mark.soak
+@pytest.mark.long
 def test_a_worn_spring_is_named_from_trials_in_memory(tmp_path: Path) -> None:
     worn = bigant.walk_trial(cycles=3.0, effects=["leg_stiffness@MR:ratio=0.69"])
     healthy = [bigant.walk_trial(cycles=3.0, seed=seed) for seed in (1, 2, 3)]

@@ -101,7 +101,7 @@ def test_a_form_is_read_back_as_what_the_simulator_adds(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("reality", "form"),
     [
-        pytest.param("play_outside", GIVES[1], marks=pytest.mark.soak),
+        pytest.param("play_outside", GIVES[1], marks=THOROUGH),
         pytest.param("usual", GIVES[0], marks=THOROUGH),
     ],
 )

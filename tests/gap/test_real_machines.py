@@ -9,7 +9,7 @@ import pytest
 from benchmarks.real.machines import COUNT_RAD, Found, alone, bring_in, diagnose, sources
 from benchmarks.real.xl330 import GAINS, of_gain, published, without_duty
 from robot.cli import main as cli
-from tests.soaked import soaked
+from tests.soaked import THOROUGH, soaked
 
 PAIRED = GAINS[::2]  # these gains with one map, the others with the other; the rest in soak
 FOLDER = os.environ.get("BIGANT_SHARED_DATA", "")
@@ -117,7 +117,7 @@ def test_one_call_over_four_gains_names_the_published_gain(tmp_path: Path) -> No
     assert shaft["after"] < 0.4 * shaft["before"]
 
 
-@pytest.mark.parametrize("gain", soaked(GAINS, lambda gain: gain in PAIRED))
+@pytest.mark.parametrize("gain", soaked(GAINS, lambda gain: gain in PAIRED, mark=THOROUGH))
 def test_gain_and_motor_are_indistinguishable_without_the_duty(gain: int, tmp_path: Path) -> None:
     files = map(str, sorted((Path(FOLDER) / "xl330_pendulum").glob(f"kp{gain}_*.parquet")))
     words = ["import", *files, "--map", str(without_duty(tmp_path)), "--out", str(tmp_path / "t")]
@@ -129,7 +129,7 @@ def test_gain_and_motor_are_indistinguishable_without_the_duty(gain: int, tmp_pa
     assert any("controller_gain" in pair and pair & motor for pair in alike)
 
 
-@pytest.mark.parametrize("gain", soaked(GAINS, lambda gain: gain not in PAIRED))
+@pytest.mark.parametrize("gain", soaked(GAINS, lambda gain: gain not in PAIRED, mark=THOROUGH))
 def test_load_friction_that_motor_constants_hide_is_named(gain: int, tmp_path: Path) -> None:
     files = map(str, sorted((Path(FOLDER) / "xl330_pendulum").glob(f"kp{gain}_*.parquet")))
     words = ["import", *files, "--map", str(published(tmp_path)), "--out", str(tmp_path / "t")]

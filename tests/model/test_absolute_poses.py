@@ -9,7 +9,7 @@ from model.estimator.settings import EstimatorSettings
 from model.values.arrays import FloatArray
 from model.values.estimate import Estimate, Health
 from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, World, simulate
-from tests.soaked import soaked
+from tests.soaked import THOROUGH, soaked
 
 SETTINGS = EstimatorSettings()
 TICKS = 800
@@ -57,7 +57,7 @@ def tracked(
     return memory, said, rejects
 
 
-@pytest.mark.parametrize("seed", soaked([1, 2, 3], lambda seed: seed == 1))
+@pytest.mark.parametrize("seed", soaked([1, 2, 3], lambda seed: seed == 1, mark=THOROUGH))
 def test_outliers_among_late_poses_are_rejected_with_a_reason(world: World, seed: int) -> None:
     clean_arriving, _ = samples(world, seed, 0.0)
     arriving, off = samples(world, seed, OUTLIERS)

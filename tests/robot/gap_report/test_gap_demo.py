@@ -118,6 +118,7 @@ def test_a_folder_or_file_that_is_there_is_not_touched(
 
 
 @pytest.mark.soak
+@pytest.mark.long
 def test_the_tutorial_s_first_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The claim of docs/tutorial.md, on shorter runs and in one process."""
     out = tmp_path / "demo"

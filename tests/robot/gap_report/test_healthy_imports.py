@@ -16,7 +16,7 @@ from record.trial.trial import Trial
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 from robot.gap_report.imports import data_faults
 from robot.virtual.twin_run import make_twin, plan_of, walk_fast
-from tests.soaked import soaked
+from tests.soaked import THOROUGH, soaked
 
 SECONDS = 20.0
 STREAMS = ("foot_m", "force_n", "body_position_m", "body_angles_rad", "command_rad", "shaft_rad")
@@ -42,7 +42,7 @@ def healthy(seed: int) -> Trial:
     return replace(walked, force_n=np.full_like(walked.force_n, np.nan))
 
 
-@pytest.mark.parametrize("seed", soaked(range(10), lambda seed: seed < 2))
+@pytest.mark.parametrize("seed", soaked(range(10), lambda seed: seed < 2, mark=THOROUGH))
 def test_a_healthy_run_has_no_severe_fault_and_its_clock_is_right(seed: int) -> None:
     """The lag once followed the loudest steps: a tenth of a second off, near enough to a severe fault."""
     trial = healthy(seed)

@@ -8,6 +8,7 @@ import pytest
 
 from robot.cli import main as cli
 from robot.console.exit_codes import ExitCode
+from tests.soaked import THOROUGH
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
@@ -19,8 +20,13 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.soak
-@pytest.mark.parametrize(("source", "column_map"), [("lab.csv", "lab_csv"), ("bag", "lab_bag")])
+@pytest.mark.parametrize(
+    ("source", "column_map"),
+    [
+        pytest.param("lab.csv", "lab_csv", marks=pytest.mark.soak),
+        pytest.param("bag", "lab_bag", marks=THOROUGH),
+    ],
+)
 def test_three_commands_from_the_data_to_the_page(
     source: str, column_map: str, lab: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -33,7 +33,7 @@ from robot.odometry.table import as_json, table
 from robot.odometry.track import START_SD, TrackedLog, track, track_log
 from robot.odometry.tune import read_walk, tune, whiteness
 from robot.requests.recorded import OdomRequest
-from tests.soaked import soaked
+from tests.soaked import THOROUGH, soaked
 
 CONFIG = load_robot()
 HEAVY = "[effects.payload.all]\nmass_kg = 1.0\nx_m = 0.1\n"
@@ -257,7 +257,8 @@ def test_the_command_compares_and_writes(
 
 
 @pytest.mark.parametrize(
-    "words", soaked(("", '[estimator]\nlaw = "viscous"', HEAVY), lambda words: not words, repr)
+    "words",
+    soaked(("", '[estimator]\nlaw = "viscous"', HEAVY), lambda words: not words, repr, THOROUGH),
 )
 def test_smoothing_begins_from_the_states_of_the_same_filter(
     words: str, log: Path, tmp_path: Path

@@ -202,7 +202,7 @@ def test_a_walk_without_truth_is_drawn_with_what_there_is(log: Recording) -> Non
         figure.canvas.draw()
 
 
-@pytest.mark.soak
+@pytest.mark.thorough
 def test_the_walks_are_drawn(tmp_path: Path) -> None:
     assert figures("--out", tmp_path, "--cycles", "0.5") == ExitCode.OK
     drawn = {path.stem for path in tmp_path.glob("*.png")}
