@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.at_once import ahead_of
-from gap.search.candidates import STEP, Candidate, even_starts, starts_of, stepped
+from gap.search.candidates import STEP, Candidate, away_starts, starts_of, stepped
 from model.values.arrays import FloatArray
 
 SILENT = 1e-6  # share of the independent frames below which a signature is none
@@ -70,8 +70,8 @@ def make_signatures(
 ) -> Signatures:
     """Difference the simulator about the causes that are there already; progress gets the share done."""
     rows = _Rows(evidence, standing)
-    # what begins with the squares of its numbers shows nothing there
-    linear = [one for one in candidates if not one.effect.even]
+    # what begins with the squares of its numbers shows nothing there, and what is curved something else
+    linear = [one for one in candidates if not (one.effect.even or one.effect.curved)]
     parameters = [(one, i) for one in linear for i in range(len(one.neutral))]
     moves = [stepped(one.effect.parameters, one.neutral, i, STEP) for one, i in parameters]
     at_neutral = iter(
@@ -96,8 +96,8 @@ def make_signatures(
     each: list[Signature] = []
     later: list[_Start] = []
     for one in candidates:
-        if one.effect.even:
-            later += [_Start(one, start, ()) for start in even_starts(one.effect)]
+        if one.effect.even or one.effect.curved:
+            later += [_Start(one, start, ()) for start in away_starts(one.effect)]
             continue
         own = tuple(itertools.islice(at_neutral, len(one.neutral)))
         live = tuple(i for i, row in enumerate(own) if rows.seen(row))

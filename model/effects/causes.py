@@ -76,6 +76,7 @@ class Effect:
             as one candidate and reported under its name; empty for any other.
         even: Whether it is the same with all its numbers negated, so that near neutral it does nothing to
             first order.
+        curved: Whether near neutral it looks unlike itself at a usual size, where it is differenced then.
         shaking: What vibrates with it, faster than a model's frames follow; None if nothing does.
         least_size: Spreads from neutral that it must have to be named: machines built alike differ by as
             much as a smaller one.
@@ -95,6 +96,7 @@ class Effect:
     each: tuple[str, ...] = field(default=(), kw_only=True)
     form_of: str = field(default="", kw_only=True)
     even: bool = field(default=False, kw_only=True)
+    curved: bool = field(default=False, kw_only=True)
     shaking: Shaking | None = field(default=None, kw_only=True)
     least_size: float = field(default=0.0, kw_only=True)
 

@@ -6,6 +6,7 @@ import pytest
 import gap.machines.legged.passes as passes
 from gap.interfaces import Drive
 from gap.machines.legged.chain import LeggedChain
+from gap.search.candidates import away_starts
 from model.effects.gear_play import (
     FALL_WINDOW_S,
     LOOSE_PUSH,
@@ -19,7 +20,7 @@ from model.effects.grid import make_grid
 from model.effects.settings import settings_of
 from model.effects.signals import FootSignals
 from tests.gap.predictions import COULOMB, Prediction
-from tests.gap.walks import cause, machine, walk
+from tests.gap.walks import cause, machine, simulator, walk
 
 FRAMES = 500
 GRID = make_grid(0.02 * np.arange(FRAMES, dtype=np.float64))
@@ -125,3 +126,11 @@ def test_settings_of_a_walk_in_which_a_leg_hardly_pushes() -> None:
     assert set(places.values()) == {1.0}
     alone = settings_of([slippery], machine().names, machine().size)
     assert settings.without("gear_backlash") == alone
+
+
+def test_a_play_is_looked_for_at_its_usual_size() -> None:
+    """A narrow one is crossed wherever noise says so, and looks unlike a wide one."""
+    effect = next(one for one in simulator().effects if one.name == "gear_backlash")
+    assert effect.curved
+    ((start,),) = away_starts(effect)
+    assert start == pytest.approx(2.0 * effect.parameters[0].spread)
