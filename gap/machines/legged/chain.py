@@ -43,6 +43,7 @@ from model.traction.frames import near_answers
 from model.values.arrays import FloatArray
 
 REMEMBERED = 24
+PLAY = "gear_backlash"
 BOUND_TO_PLACES = ("ground_step", "friction_patch", "ground_slope", "tether_force")
 
 
@@ -112,24 +113,17 @@ class LeggedChain:
             velocity = body_velocity(known.grid, world)
         place = np.tile(known.start_pose, (known.grid.frames, 1)) if world is None else world
         force = known.force_n if measured else np.zeros_like(known.force_n)
-        flanks = None
-        felt = measured and bool(np.isfinite(force).any())
-        if settings.has("gear_backlash") and (felt or not measured):
-            # a walk without the play says how feet would slip, and its loads where none are measured
-            tight = self._plain_walk(known, settings.without("gear_backlash"), drive, near)
-            loose = tight if felt else self._loose_walk(known, settings, drive, near)
-            flanks = self._flanks(known, tight, loose, settings, force if felt else None)
-        if measured and feels_loads(settings) and not felt:
+        felt, plain = measured and bool(np.isfinite(force).any()), settings
+        if measured and not felt and feels_loads(settings):
             # without force sensors shafts feel the loads that are predicted without their give
             added = tuple(one for one in settings.added if one.user.effect.stage != "actuation")
             plain = replace(settings.without(*GIVES), added=added)
-            tight = self._plain_walk(known, plain.without("gear_backlash"), drive, near)
-            force = foot_forces(tight)
-            if settings.has("gear_backlash"):
-                # measured shafts have the play in them: feet on them stand
-                tight = self._plain_walk(known, plain.without("gear_backlash"), Drive.COMMAND, None)
-                loose = self._loose_walk(known, plain, Drive.COMMAND, None)
-                flanks = self._flanks(known, tight, loose, settings, None)
+            force = foot_forces(self._plain_walk(known, plain.without(PLAY), drive, near))
+        flanks = None
+        if settings.has(PLAY) and (felt or not measured):
+            flanks = self._flanks(known, plain, drive, near, force if felt else None)
+        elif settings.has(PLAY):  # measured shafts have the play in them: feet on them stand
+            flanks = self._flanks(known, plain, Drive.COMMAND, None, None)
         start = PassStart(force, flanks, place, velocity, velocity)
         walk = self._pass(known, settings, drive, start, near)
         if not _acts_back(settings, drive, world is None):
@@ -139,34 +133,36 @@ class LeggedChain:
             start, walk, forces_known=measured, place_known=world is not None,
         )  # fmt: skip
 
-    def _loose_walk(
-        self, known: LeggedInputs, settings: Settings, drive: Drive, near: Sliding | None
-    ) -> Walk:
-        """Walk without the play, in which legs that have it hardly push the body."""
-        tight = settings.without("gear_backlash")
-        if self._machine.names.one_joint_a_leg:
-            loose = settings.each("gear_backlash")[0] > 0.0
-            tight = tight.times("foot_friction", np.where(loose, LOOSE_PUSH, 1.0))
-        return self._plain_walk(known, tight, drive, near)
-
     def _flanks(
         self,
         known: LeggedInputs,
-        tight: Walk,
-        loose: Walk,
         settings: Settings,
+        drive: Drive,
+        near: Sliding | None,
         felt_n: FloatArray | None,
     ) -> Flanks:
         """What walks without play say of shafts with it, with the slip of feet that follow commands.
 
-        The loads of one decide against which flank a shaft lies, unless forces are measured (``felt_n``,
-        (W, N, 3)); the body of the other moves as while the shaft is between them.
+        Loads decide against which flank a shaft lies: measured ones (``felt_n``, (W, N, 3)), or those of
+        such a walk. Where none are measured, the body moves as while the shaft is between its flanks.
         """
+        tight = self._plain_walk(known, settings.without(PLAY), drive, near)
+        loose, force, measured = tight, felt_n, felt_n is not None
+        if force is None:
+            loose = self._plain_walk(known, self._loosened(settings), drive, near)
+            force = foot_forces(tight)
         walked = feet(self._machine, known.grid, tight.shaft_rad, settings)
         slip = foot_slip(walked.signals.position_m, walked.rate_m_s, loose.sliding.velocity_B)
-        measured = felt_n is not None
         strut = strut_of(walked.signals, slip, tight.standing.load_n, measured=measured)
-        return Flanks(foot_forces(tight) if felt_n is None else felt_n, strut)
+        return Flanks(force, strut)
+
+    def _loosened(self, settings: Settings) -> Settings:
+        """Return settings without play, in which legs that have it hardly push the body."""
+        tight = settings.without(PLAY)
+        if not self._machine.names.one_joint_a_leg:
+            return tight
+        loose = settings.each(PLAY)[0] > 0.0
+        return tight.times("foot_friction", np.where(loose, LOOSE_PUSH, 1.0))
 
     def _pass(
         self,
