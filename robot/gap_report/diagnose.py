@@ -96,17 +96,22 @@ def report_diagnosis(request: GapDiagnoseRequest) -> Diagnosis:
             print("\n".join(lines), flush=True)
     finally:  # written also if nobody reads what is printed, as with `| head`
         give_json(result, request.json)
-    if request.html is not None:
-        from robot.gap_report.page import diagnosis_page  # and with it matplotlib
-
-        today = datetime.now(tz=UTC).astimezone().date()
-        machine = machine_words(runs.trials[0])
-        unseen = blind_lines(spots)
-        page = diagnosis_page(diagnosis, machine, today, request.trials, request.reference, unseen)
-        write_text(request.html, page, "--html")
-        if not to_stdout(request.json):
-            print(f"page: {request.html}")
+        if request.html is not None:
+            _write_page(diagnosis, runs, request, request.html, blind_lines(spots))
+    if request.html is not None and not to_stdout(request.json):
+        print(f"page: {request.html}")
     return diagnosis
+
+
+def _write_page(
+    diagnosis: Diagnosis, runs: Runs, request: GapDiagnoseRequest, html: Path, unseen: list[str]
+) -> None:
+    from robot.gap_report.page import diagnosis_page  # and with it matplotlib
+
+    today = datetime.now(tz=UTC).astimezone().date()
+    machine = machine_words(runs.trials[0])
+    page = diagnosis_page(diagnosis, machine, today, request.trials, request.reference, unseen)
+    write_text(html, page, "--html")
 
 
 def diagnosis_result(d: Diagnosis, paths: Sequence[Path], runs: Runs) -> dict[str, object]:

@@ -68,6 +68,22 @@ def test_a_servo_with_play(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     )
 
 
+def test_files_are_written_though_nobody_reads_what_is_printed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(*_: object) -> list[str]:
+        raise BrokenPipeError
+
+    paths = write_bench(tmp_path, 0.0)
+    page, answer = tmp_path / "d.html", tmp_path / "d.json"
+    monkeypatch.setattr("robot.gap_report.diagnose.summary_lines", gone)
+    monkeypatch.setattr("robot.cli.main.stop_output", lambda: None)  # it is the tests' own
+    asked = ["gap", "diagnose", *paths, "--html", str(page), "--json", str(answer), "--jobs", "1"]
+    assert run(asked) == 0
+    assert json.loads(answer.read_text())["verdict"] == "no_gap"
+    assert "</html>" in page.read_text()
+
+
 @pytest.mark.parametrize("asked", [["--json"], ["--json", "-"]])
 def test_json_to_stdout_is_nothing_but_json(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], asked: list[str]
