@@ -18,7 +18,7 @@ from gap.residuals.vibration import ChannelVibration
 
 STEP = 0.25  # of the spread, for differences about the neutral value
 FINE_STEP = 0.05  # about a fitted one
-AWAY = 2.0  # spreads from neutral, of an effect that begins with the squares of its numbers or is curved
+AWAY = 2.0  # spreads from neutral, of an effect that looks unlike itself there
 QUANTILES = (0.15, 0.35, 0.55, 0.75)
 WIDE = 6.0  # spreads
 APART_M = 0.05  # places from which a fit may find an edge
@@ -148,7 +148,7 @@ def stepped(
 
 
 def away_starts(effect: Effect) -> list[tuple[float, ...]]:
-    """Return where to difference an effect that does nothing to first order at neutral, or is curved."""
+    """Return where to difference an effect away from neutral."""
     neutral = tuple(p.neutral for p in effect.parameters)
     return [
         (*neutral[:at], min(p.neutral + AWAY * p.spread, p.upper), *neutral[at + 1 :])

@@ -71,7 +71,7 @@ def make_signatures(
     """Difference the simulator about the causes that are there already; progress gets the share done."""
     rows = _Rows(evidence, standing)
     # what begins with the squares of its numbers shows nothing there, and what is curved something else
-    linear = [one for one in candidates if not (one.effect.even or one.effect.curved)]
+    linear = [one for one in candidates if not one.effect.away]
     parameters = [(one, i) for one in linear for i in range(len(one.neutral))]
     moves = [stepped(one.effect.parameters, one.neutral, i, STEP) for one, i in parameters]
     at_neutral = iter(
@@ -96,7 +96,7 @@ def make_signatures(
     each: list[Signature] = []
     later: list[_Start] = []
     for one in candidates:
-        if one.effect.even or one.effect.curved:
+        if one.effect.away:
             later += [_Start(one, start, ()) for start in away_starts(one.effect)]
             continue
         own = tuple(itertools.islice(at_neutral, len(one.neutral)))

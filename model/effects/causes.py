@@ -76,7 +76,7 @@ class Effect:
             as one candidate and reported under its name; empty for any other.
         even: Whether it is the same with all its numbers negated, so that near neutral it does nothing to
             first order.
-        curved: Whether near neutral it looks unlike itself at a usual size, where it is differenced then.
+        curved: Whether near neutral it looks unlike itself at a usual size.
         shaking: What vibrates with it, faster than a model's frames follow; None if nothing does.
         least_size: Spreads from neutral that it must have to be named: machines built alike differ by as
             much as a smaller one.
@@ -99,6 +99,11 @@ class Effect:
     curved: bool = field(default=False, kw_only=True)
     shaking: Shaking | None = field(default=None, kw_only=True)
     least_size: float = field(default=0.0, kw_only=True)
+
+    @property
+    def away(self) -> bool:
+        """Whether it is differenced away from neutral, as it looks unlike itself there."""
+        return self.even or self.curved
 
     @property
     def family(self) -> str:

@@ -106,9 +106,7 @@ class Settings:
 
     def with_whole(self, effect: str, *values: float) -> "Settings":
         """Return settings with other numbers of an effect of the whole robot that acts."""
-        rows = tuple((value,) for value in values)
-        acting = tuple((name, rows if name == effect else old) for name, old in self.acting)
-        return replace(self, acting=acting)
+        return self._with(effect, tuple((value,) for value in values))
 
     def without(self, *effects: str) -> "Settings":
         """Return settings without some effects of the catalogue."""
@@ -116,7 +114,9 @@ class Settings:
 
     def times(self, effect: str, factors: FloatArray) -> "Settings":
         """Return settings with ratios multiplied, (N,) or (J,), of an effect with one for each place."""
-        rows = (tuple((self.each(effect)[0] * factors).tolist()),)
+        return self._with(effect, (tuple((self.each(effect)[0] * factors).tolist()),))
+
+    def _with(self, effect: str, rows: Rows) -> "Settings":
         acting = {**self._acting, effect: rows}
         return replace(
             self, acting=tuple((name, acting[name]) for name in EFFECTS if name in acting)

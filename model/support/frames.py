@@ -59,15 +59,8 @@ def solve_support_frames(
     Raises:
         ModelError: Shapes do not fit, or a stiffness or the weight is not positive.
     """
-    frames, count, _ = feet_m.shape
-    if ground_m.shape not in {(frames, count), (1, count)} or stiffness_n_m.shape != (count,):
-        raise ModelError(
-            f"the ground must be ({frames} or 1, {count}) and stiffness ({count},), not "
-            f"{ground_m.shape} and {stiffness_n_m.shape}"
-        )
-    if not (weight_n > 0 and (stiffness_n_m > 0).all()):
-        raise ModelError("weight and stiffness must be positive")
-    answer = answers_for(frames, count) if out is None else out
+    check_support(feet_m, ground_m, stiffness_n_m, weight_n)
+    answer = answers_for(*feet_m.shape[:2]) if out is None else out
     prepare()
     feet, ground, stiffness = (
         np.ascontiguousarray(values, np.float64) for values in (feet_m, ground_m, stiffness_n_m)
@@ -77,6 +70,24 @@ def solve_support_frames(
         for values in answer:
             readonly(values)
     return answer
+
+
+def check_support(
+    feet_m: FloatArray, ground_m: FloatArray, stiffness_n_m: FloatArray, weight_n: float
+) -> None:
+    """Check what ``solve_support_frames`` is given.
+
+    Raises:
+        ModelError: Shapes do not fit, or a stiffness or the weight is not positive.
+    """
+    frames, count, _ = feet_m.shape
+    if ground_m.shape not in {(frames, count), (1, count)} or stiffness_n_m.shape != (count,):
+        raise ModelError(
+            f"the ground must be ({frames} or 1, {count}) and stiffness ({count},), not "
+            f"{ground_m.shape} and {stiffness_n_m.shape}"
+        )
+    if not (weight_n > 0 and (stiffness_n_m > 0).all()):
+        raise ModelError("weight and stiffness must be positive")
 
 
 def answers_for(frames: int, count: int) -> SupportSolutions:

@@ -9,8 +9,8 @@ from functools import cache
 
 import numpy as np
 
-from model.compiled import COUNT, NUMBER, compile_for, compiled, given, out
-from model.support.frames import SupportSolutions, answers_for
+from model.compiled import COUNT, NUMBER, compile_for, compiled, given, in_place, out
+from model.support.frames import SupportSolutions, answers_for, check_support
 from model.support.kernel import NO_CONVERGENCE, ROWS, support_kernel
 from model.values.arrays import FloatArray, IntArray, readonly
 
@@ -51,12 +51,16 @@ def solve_twisting_support(
 
     Args:
         feet_m: Unloaded feet, seen from the centre of mass, (F, N, 3).
-        ground_m: Height of the ground under each foot, (F, N).
+        ground_m: Height of the ground under each foot, (F or 1, N).
         stiffness_n_m: Leg springs, (N,), positive.
         weight_n: Weight carried, positive.
         aside_m: Distance of each foot from the axis that rows roll about, along y, (F, N).
         twist: Of ``twist_of_rows``.
+
+    Raises:
+        ModelError: Shapes do not fit, or a stiffness or the weight is not positive.
     """
+    check_support(feet_m, ground_m, stiffness_n_m, weight_n)
     row, give = twist
     rows = np.arange(len(give))
     arm = np.where(row[None, :, None] == rows, aside_m[..., None], 0.0)
@@ -83,7 +87,7 @@ def _solve(
     frames, count = aside.shape
     rows = give.shape[0]
     work = np.empty((ROWS, count))
-    off, new, step, pulled = np.empty(rows), np.empty(rows), np.empty(rows), np.empty(rows)
+    new, step, change = np.empty(rows), np.empty(rows), np.empty((2, rows))
     for f in range(frames):
         at, slope = angle[f], inverse[f]
         for steps in range(STEPS + 1):
@@ -96,23 +100,7 @@ def _solve(
                     for i in range(rows):
                         new[i] -= give[row[k], i] * aside[f, k] * loads[f, k]
             if steps > 0:
-                # the inverse slope, so that it maps the change that was seen to the step that made it
-                along, size = 0.0, 0.0
-                for i in range(rows):
-                    pulled[i] = 0.0
-                    for j in range(rows):
-                        pulled[i] += slope[i, j] * new[j]
-                    along += step[i] * pulled[i]
-                    size += step[i] ** 2
-                if abs(size + along) > NEVER_MOVED:
-                    for j in range(rows):
-                        back = 0.0
-                        for i in range(rows):
-                            back += step[i] * slope[i, j]
-                        off[j] = back / (size + along)
-                    for i in range(rows):
-                        for j in range(rows):
-                            slope[i, j] -= pulled[i] * off[j]
+                _learn(slope, step, new, change)
             most = 0.0
             for i in range(rows):
                 step[i] = 0.0
@@ -131,6 +119,30 @@ def _solve(
         if reason[f] > 0:
             pose[f, :] = np.nan
             loads[f, :] = np.nan
+
+
+@in_place
+@compiled
+def _learn(inverse: FloatArray, step: FloatArray, left: FloatArray, work: FloatArray) -> None:
+    """Change an inverse slope so that it maps the change that a step made to that step."""
+    rows = len(step)
+    along, size = 0.0, 0.0
+    for i in range(rows):
+        work[0, i] = 0.0
+        for j in range(rows):
+            work[0, i] += inverse[i, j] * left[j]
+        along += step[i] * work[0, i]
+        size += step[i] ** 2
+    if not abs(size + along) > NEVER_MOVED:
+        return
+    for j in range(rows):
+        back = 0.0
+        for i in range(rows):
+            back += step[i] * inverse[i, j]
+        work[1, j] = back / (size + along)
+    for i in range(rows):
+        for j in range(rows):
+            inverse[i, j] -= work[0, i] * work[1, j]
 
 
 @cache

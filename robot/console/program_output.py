@@ -13,6 +13,14 @@ def complain(line: str) -> None:
         print(printable(line), file=sys.stderr, flush=True)
 
 
+def tell(text: str) -> None:
+    """Print for a reader who may be gone, as with ``| head``: what else there is to do goes on."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        stop_output()
+
+
 def stop_output() -> None:
     """Point standard output to nowhere, so that its last flush cannot fail once more."""
     with contextlib.suppress(OSError, ValueError):

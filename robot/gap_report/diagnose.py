@@ -24,6 +24,7 @@ from record.whole_file import check_room, write_text
 from robot.console.cluster import cluster_client
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import check_json, give_json, to_stdout
+from robot.console.program_output import tell
 from robot.console.progress import ProgressBar
 from robot.console.screen_fit import terminal_width, wrapped
 from robot.gap_report.alone import fit_alone
@@ -75,43 +76,35 @@ def report_diagnosis(request: GapDiagnoseRequest) -> Diagnosis:
     simulator = simulator_of(runs, request)
     if not to_stdout(request.json):
         for line in split_lines(runs, simulator, request.trials, request.hold_out):
-            print("\n".join(wrapped(line, terminal_width())), flush=True)
+            tell("\n".join(wrapped(line, terminal_width())))
     # what cannot be seen is a matter of sensors and runs: the chain says it for MuJoCo as well
     chain = runs.simulator(request.effects) if request.sim == MUJOCO else simulator
     spots = blind_spots(chain, runs.trials)
     if not to_stdout(request.json):
         for line in blind_lines(spots):
-            print("\n".join(wrapped(line, terminal_width())), flush=True)
-        print()
+            tell("\n".join(wrapped(line, terminal_width())))
+        tell("")
     notes: list[str] = []
     with ProgressBar("diagnosis") as bar:
         diagnosis = diagnosis_of(runs, simulator, request, bar.tell, notes.append)
     if notes and not to_stdout(request.json):
-        print("\n".join(wrapped("; ".join(notes), terminal_width())) + "\n", flush=True)
+        tell("\n".join(wrapped("; ".join(notes), terminal_width())) + "\n")
     paths = (*request.trials, *request.reference)
     result = {**diagnosis_result(diagnosis, paths, runs), "before_judging": blind_json(spots)}
-    try:  # printed first, so that it is not lost if a file cannot be written
+    if not to_stdout(request.json):  # first, so that it is not lost if a file cannot be written
+        tell("\n".join(summary_lines(diagnosis, paths, terminal_width(), request.json)))
+    give_json(result, request.json)
+    if request.html is not None:
+        from robot.gap_report.page import diagnosis_page  # and with it matplotlib
+
+        today = datetime.now(tz=UTC).astimezone().date()
+        machine = machine_words(runs.trials[0])
+        unseen = blind_lines(spots)
+        page = diagnosis_page(diagnosis, machine, today, request.trials, request.reference, unseen)
+        write_text(request.html, page, "--html")
         if not to_stdout(request.json):
-            lines = summary_lines(diagnosis, paths, terminal_width(), request.json)
-            print("\n".join(lines), flush=True)
-    finally:  # written also if nobody reads what is printed, as with `| head`
-        give_json(result, request.json)
-        if request.html is not None:
-            _write_page(diagnosis, runs, request, request.html, blind_lines(spots))
-    if request.html is not None and not to_stdout(request.json):
-        print(f"page: {request.html}")
+            tell(f"page: {request.html}")
     return diagnosis
-
-
-def _write_page(
-    diagnosis: Diagnosis, runs: Runs, request: GapDiagnoseRequest, html: Path, unseen: list[str]
-) -> None:
-    from robot.gap_report.page import diagnosis_page  # and with it matplotlib
-
-    today = datetime.now(tz=UTC).astimezone().date()
-    machine = machine_words(runs.trials[0])
-    page = diagnosis_page(diagnosis, machine, today, request.trials, request.reference, unseen)
-    write_text(html, page, "--html")
 
 
 def diagnosis_result(d: Diagnosis, paths: Sequence[Path], runs: Runs) -> dict[str, object]:

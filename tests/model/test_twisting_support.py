@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
+from model.errors import ModelError
 from model.quasistatic.frames import Reason
 from model.support.frames import solve_support_frames
 from model.support.twisting import solve_twisting_support, twist_of_rows
@@ -118,3 +119,14 @@ def test_a_frame_without_numbers_has_no_answer_and_spoils_no_other() -> None:
     )
     assert np.array_equal(got.load_n[2:], alone.load_n)
     assert np.array_equal(angle[2:], own)
+
+
+@pytest.mark.parametrize(
+    ("weight_n", "stiffness"), [(0.0, STIFFNESS), (WEIGHT_N, -STIFFNESS), (WEIGHT_N, STIFFNESS[:5])]
+)
+def test_what_no_robot_has_is_a_mistake(weight_n: float, stiffness: FloatArray) -> None:
+    feet = feet_of(7, 2)
+    with pytest.raises(ModelError):
+        solve_twisting_support(
+            feet, np.zeros((1, 6)), stiffness, weight_n, feet[..., 1], twist_of_rows(SHAFT_X, 0.02)
+        )

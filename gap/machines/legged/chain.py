@@ -147,14 +147,15 @@ class LeggedChain:
         such a walk. Where none are measured, the body moves as while the shaft is between its flanks.
         """
         tight = self._plain_walk(known, settings.without(PLAY), drive, near)
-        loose, force, measured = tight, felt_n, felt_n is not None
-        if force is None:
+        if felt_n is None:
             loose = self._plain_walk(known, self._loosened(settings), drive, near)
             force = foot_forces(tight)
+        else:
+            loose, force = tight, felt_n
         walked = feet(self._machine, known.grid, tight.shaft_rad, settings)
         slip = foot_slip(walked.signals.position_m, walked.rate_m_s, loose.sliding.velocity_B)
-        strut = strut_of(walked.signals, slip, tight.standing.load_n, measured=measured)
-        return Flanks(force, strut)
+        load = tight.standing.load_n
+        return Flanks(force, strut_of(walked.signals, slip, load, measured=felt_n is not None))
 
     def _loosened(self, settings: Settings) -> Settings:
         """Return settings without play, in which legs that have it hardly push the body."""
