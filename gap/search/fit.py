@@ -83,8 +83,11 @@ def fit_causes(
     rounds: int = ROUNDS,
     rules: Rules = DAMPED,
     only: int | None = None,
+    near: Fitted | None = None,
 ) -> Fitted:
     """Fit the values of causes together.
+
+    Slopes are what costs most. Those of the last step stay where it changed next to nothing.
 
     Args:
         misfit: What to make small.
@@ -92,6 +95,7 @@ def fit_causes(
         rounds: Most steps.
         rules: How to step.
         only: Number of the one cause whose values are fitted; None fits all.
+        near: A fit of some of these causes, whose slopes are good enough for the first step.
     """
     free = free_values(start, misfit.effects, only)
 
@@ -101,7 +105,8 @@ def fit_causes(
     causes = tuple(start)
     residual, away = misfit.residuals([causes])[0], _away(causes, free)
     nats, damping = nats_of(residual, away), rules.damping
-    slopes = slopes_of(misfit, causes, free, residual, rules.difference)
+    borrowed = _borrowed(near, causes, free, misfit.effects)
+    slopes = slopes_of(misfit, causes, free, residual, rules.difference, borrowed)
     for _ in range(rounds if free else 0):
         weighted = slopes * misfit.weights(residual)
         gram = np.einsum("pfc,qfc->pq", weighted, slopes) + np.eye(len(free))
@@ -118,14 +123,33 @@ def fit_causes(
             if better:
                 break
             damping = max(damping * 30, rules.least_damping)
+        gained = nats - reached if better else 0.0
+        if better:
+            causes, residual, away, nats, damping = trial, there, far, reached, damping / 10
+        enough = gained < rules.enough_nats + rules.enough_share * abs(nats)
+        if (enough or not better) and not borrowed:
+            break
         if not better:
-            break
-        gained = nats - reached
-        causes, residual, away, nats, damping = trial, there, far, reached, damping / 10
-        slopes = slopes_of(misfit, causes, free, residual, rules.difference)
-        if gained < rules.enough_nats + rules.enough_share * abs(nats):
-            break
+            damping = rules.damping
+        slopes, borrowed = slopes_of(misfit, causes, free, residual, rules.difference), {}
     return Fitted(causes, residual, slopes, away, nats)
+
+
+def _borrowed(
+    near: Fitted | None,
+    causes: tuple[Cause, ...],
+    free: Sequence[Free],
+    effects: Mapping[str, Effect],
+) -> dict[int, FloatArray]:
+    """Slopes that a fit of some of these causes has already, by the number of the free value."""
+    if near is None:
+        return {}
+    known = {
+        (near.causes[one.cause].effect, near.causes[one.cause].joints, one.place): slopes
+        for one, slopes in zip(free_values(near.causes, effects), near.slopes, strict=True)
+    }
+    keys = [(causes[one.cause].effect, causes[one.cause].joints, one.place) for one in free]
+    return {number: known[key] for number, key in enumerate(keys) if key in known}
 
 
 def free_values(
@@ -163,6 +187,7 @@ def slopes_of(
     free: Sequence[Free],
     residual: FloatArray,
     share: float = FINE_STEP,
+    known: Mapping[int, FloatArray] = {},
 ) -> FloatArray:
     """Return the change of the prediction for one spread of each free value, (P, F, ...).
 
@@ -172,14 +197,18 @@ def slopes_of(
         free: P of their values.
         residual: Residual with the causes, (F, ...).
         share: Of a spread, by which a value is moved.
+        known: Slopes that are there already, by the number of the free value.
     """
-    steps = [
+    steps = np.array([
         step_of(f.parameter, causes[f.cause].values[f.place], share) / f.parameter.spread
         for f in free
-    ]
-    sets = [moved(causes, free, row) for row in np.diag(steps)] if free else []
+    ])  # fmt: skip
+    wanted = [i for i in range(len(free)) if i not in known]
+    sets = [moved(causes, free, np.diag(steps)[i]) for i in wanted]
     slopes = np.zeros((len(free), *residual.shape))
-    for i, there in enumerate(misfit.residuals(sets) if sets else []):
+    for i, slope in known.items():
+        slopes[i] = slope
+    for i, there in zip(wanted, misfit.residuals(sets) if sets else [], strict=True):
         slopes[i] = (residual - there) / steps[i]
     return slopes
 

@@ -232,8 +232,13 @@ class Look:
 
     def _fitted(self, selection: Selection, gain: Gain) -> Option:
         added = gain.signature.candidate
-        start = (*selection.fitted.causes, added.cause(gain.values))
-        return fit_option(self.evidence, added, start, selection.unseen, self.search.rounds)
+        standing = selection.fitted
+        start = (*standing.causes, added.cause(gain.values))
+        # another law changes the slopes of all others
+        near = standing if added.effect.parameters else None
+        return fit_option(
+            self.evidence, added, start, selection.unseen, self.search.rounds, near
+        )
 
     def _closes_enough(self, one: Option, selection: Selection) -> bool:
         if self.healthy is None:

@@ -143,13 +143,14 @@ def fit_option(
     start: tuple[Cause, ...],
     standing: FloatArray,
     rounds: int = ROUNDS,
+    near: Fitted | None = None,
 ) -> Option:
     """Fit a candidate together with the causes so far, and judge it on blocks that were not fitted to.
 
     The start has all causes with the values to begin from; ``standing`` is the score of each block with
-    what stood before, (B,).
+    what stood before, (B,); ``near`` is a fit of some of the causes.
     """
-    fitted = fit_causes(evidence, start, rounds)
+    fitted = fit_causes(evidence, start, rounds, near=near)
     freed = off_bounds(start, evidence.effects)
     if freed != start:
         # a cause that took the place of one that was missing may be stuck where it went for that

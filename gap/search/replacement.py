@@ -46,7 +46,9 @@ def _better_at(look: Look, selection: Selection, signatures: Signatures, at: int
     def fitted(other: tuple[Candidate, Cause]) -> Option:
         added, cause = other
         start = (*causes[:at], cause, *causes[at + 1 :])
-        return fit_option(look.evidence, added, start, selection.unseen, FEW_ROUNDS)
+        return fit_option(
+            look.evidence, added, start, selection.unseen, FEW_ROUNDS, selection.fitted
+        )
 
     others = list(_others(look, selection, signatures, at))
     options = each_of(others, fitted, look.evidence.predictor.at_once)
@@ -84,7 +86,7 @@ def _others(
     kept = without(causes, at)
     own = (causes[at].effect, causes[at].joints)
     others = families_of(kept, look.evidence.effects)
-    left = fit_causes(look.evidence, kept, FEW_ROUNDS).residual
+    left = fit_causes(look.evidence, kept, FEW_ROUNDS, near=selection.fitted).residual
     ranked = gains(signatures, left, look.evidence.weights(left))
     own_gain = next((one.nats for one in ranked if one.signature.candidate.key == own), 0.0)
     known = {rival.added.key: rival.cause for rival in step.rivals}
@@ -103,7 +105,8 @@ def _others(
 def left_out(evidence: Evidence, selection: Selection, numbers: Collection[int]) -> Selection:
     """Return the selection without the causes of some numbers, the others fitted again."""
     kept = [at for at in range(len(selection.steps)) if at not in numbers]
-    fitted = fit_causes(evidence, tuple(selection.fitted.causes[at] for at in kept))
+    causes = tuple(selection.fitted.causes[at] for at in kept)
+    fitted = fit_causes(evidence, causes, near=selection.fitted)
     steps = tuple(selection.steps[at] for at in kept)
     return Selection(fitted, unseen_score(evidence, fitted), steps, selection.p)
 

@@ -1,5 +1,6 @@
 """What acts on a legged robot's body besides its feet: gravity, a tether, drag, inertia."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,12 +20,21 @@ DRAG_OF_DEVIATION = 0.2
 DEVIATION_S = 1.0
 
 
+def change_of(grid: Grid, velocity_B: FloatArray, smoothed: bool) -> FloatArray:  # noqa: N803
+    """Return how fast vx, vy, yaw rate change, (W, 3), in axes that do not turn.
+
+    ``smoothed`` is a velocity that is the slope of a place: what two windows took is given back.
+    """
+    change = grid.slope(velocity_B, TWIST_WINDOW_S)
+    return grid.given_back(change, TWIST_WINDOW_S, windows=2) if smoothed else change
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
     """W frames of a robot on its ground.
 
     Only effects that are bound to a place need the world: x, y, yaw of the body, (W, 3). What balances the
-    feet may know answers that it gave before. Foot forces that were measured with the body's velocity show
+    feet, and what tells how a velocity changes, may know answers that they gave before. Foot forces that were measured with the body's velocity show
     its change as it was (``change_seen``); a pose alone shows it smoothed, and with too much noise to give
     back what that took.
     """
@@ -35,6 +45,7 @@ class Scene:
     world: FloatArray
     solve: TractionSolver = solve_traction_frames
     change_seen: bool = False
+    change: Callable[[Grid, FloatArray, bool], FloatArray] = change_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,9 +110,7 @@ def resistance(scene: Scene, velocity_B: FloatArray, *, smoothed: bool) -> Float
     wrench = -drag * velocity_B * [1.0, 1.0, 0.0]
     if scene.settings.has("inertia_lag") and not scene.grid.is_moment:
         mass, about_z = _added_inertia(scene)
-        change = scene.grid.slope(velocity_B, TWIST_WINDOW_S)
-        if smoothed:
-            change = scene.grid.given_back(change, TWIST_WINDOW_S, windows=2)
+        change = scene.change(scene.grid, velocity_B, smoothed).copy()
         change[:, :2] += velocity_B[:, 2:] * np.stack([-velocity_B[:, 1], velocity_B[:, 0]], axis=1)
         wrench = wrench - change * [mass, mass, about_z]
     return wrench

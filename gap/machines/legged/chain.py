@@ -17,10 +17,10 @@ from gap.machines.legged.solved import SolvedOnArrays, SolvedTraction
 from gap.machines.legged.walk_truth import MARKER_SHARE, Walk, finite, foot_forces, truth_of
 from model.effects.catalogue import EFFECTS
 from model.effects.gear_play import LOOSE_PUSH, foot_weight_torque, strut_of
-from model.effects.grid import body_velocity
+from model.effects.grid import Grid, body_velocity
 from model.effects.ground import Sliding, Standing, foot_slip, slide, stand, stands_on
 from model.effects.machine import LeggedMachine
-from model.effects.pushes import Scene, resists_motion
+from model.effects.pushes import Scene, change_of, resists_motion
 from model.effects.sensing import read_sensors, true_signals
 from model.effects.settings import Settings
 from model.effects.shafts import (
@@ -58,6 +58,7 @@ class LeggedChain:
         self._lawful = lru_cache(maxsize=REMEMBERED)(self._with_laws)
         self._known_shafts, self._known_feet = SolvedOnArrays(), SolvedOnArrays()
         self._known_standing, self._known_world = SolvedOnArrays(), SolvedOnArrays()
+        self._known_velocity, self._known_change = SolvedOnArrays(), SolvedOnArrays()
         self._perfect = lru_cache(maxsize=REMEMBERED)(_as_perfect)
         self._measured_world = lru_cache(maxsize=REMEMBERED)(_measured_world)
         self._traction, self._known_starts = SolvedTraction(), SolvedOnArrays()
@@ -110,7 +111,7 @@ class LeggedChain:
         world = self._measured_world(known) if measured else None
         velocity = None
         if world is not None and resists_motion(settings):
-            velocity = body_velocity(known.grid, world)
+            velocity = self._velocity(known.grid, world)
         place = np.tile(known.start_pose, (known.grid.frames, 1)) if world is None else world
         force = known.force_n if measured else np.zeros_like(known.force_n)
         felt, plain = measured and bool(np.isfinite(force).any()), settings
@@ -206,7 +207,9 @@ class LeggedChain:
             walked = feet(machine, grid, angles, settings)
         solve = partial(self._traction, near=None if alike is None else self._start_of(alike))
         change_seen = velocity is not None and bool(np.isfinite(known.force_n).any())
-        scene = Scene(machine, grid, settings, start.world, solve, change_seen)
+        scene = Scene(
+            machine, grid, settings, start.world, solve, change_seen, self._change
+        )  # fmt: skip
         standing = self._stand(scene, walked, start.moving_B)
         load = standing.load_n
         if measured:
@@ -227,6 +230,16 @@ class LeggedChain:
             arrays if moving_B is None else (*arrays, moving_B),
             looked_at,
             lambda: stand(bare, walked, moving_B),
+        )
+
+    def _velocity(self, grid: Grid, world: FloatArray) -> FloatArray:
+        """Velocity of a measured place, (W, 3); whatever is the same array is solved once."""
+        return self._known_velocity.of((world,), grid, lambda: body_velocity(grid, world))
+
+    def _change(self, grid: Grid, velocity: FloatArray, smoothed: bool) -> FloatArray:
+        """How fast a velocity changes, (W, 3)."""
+        return self._known_change.of(
+            (velocity,), (grid, smoothed), lambda: change_of(grid, velocity, smoothed)
         )
 
     def _start_of(self, near: Sliding) -> FloatArray:

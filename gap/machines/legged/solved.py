@@ -8,6 +8,8 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from typing import TypeVar
 
+import numpy as np
+
 from model.compiled import compiled
 from model.traction.coulomb_kernel import FootLaw
 from model.traction.frames import Pushes, SlidingFeet, TractionSolutions, solve_traction_frames
@@ -21,7 +23,8 @@ class SolvedTraction:
     """``solve_traction_frames`` that knows its latest answers again, by the numbers that it was given."""
 
     def __init__(self) -> None:
-        self._latest: list[tuple[Hashable, tuple[FloatArray, ...], TractionSolutions]] = []
+        self._latest: OrderedDict[Hashable, tuple[tuple[FloatArray, ...], TractionSolutions]]
+        self._latest = OrderedDict()
 
     def __call__(
         self,
@@ -46,10 +49,17 @@ class SolvedTraction:
             # where a search starts moves its last digits: answers must not depend on what was asked before
             arrays.append(near)
         given = tuple(map(given_rows, arrays))
-        for i, (known, numbers, answer) in enumerate(self._latest):
-            if known == plain and len(numbers) == len(given) and _all_same(numbers, given):
-                self._latest.insert(0, self._latest.pop(i))
-                return answer
+        # the sum of its bits tells an array from nearly all others
+        key = (plain, *(int(one.view(np.int64).sum()) for one in given))
+        known = self._latest.get(key)
+        if known is not None and _all_same(known[0], given):
+            self._latest.move_to_end(key)
+            return known[1]
+        answer = solve_traction_frames(feet, law, pushes, period_s, give_m_n, near=near)
+        self._latest[key] = (given, answer)
+        if len(self._latest) > REMEMBERED:
+            self._latest.popitem(last=False)
+        return answer
         answer = solve_traction_frames(feet, law, pushes, period_s, give_m_n, near=near)
         self._latest.insert(0, (plain, given, answer))
         del self._latest[REMEMBERED:]
