@@ -171,9 +171,12 @@ class Look:
         """
         taken = families_of(selection.fitted.causes, self.evidence.effects)
         residual = selection.fitted.residual
+        least = self.search.least_gain * float(selection.unseen.sum())
         forms: dict[Family, list[Gain]] = {}
         for gain in gains(signatures, residual, self.evidence.weights(residual)):
-            if gain.signature.candidate.family not in taken:
+            if gain.signature.candidate.family not in taken and self._may_gain(
+                gain, signatures, least
+            ):
                 forms.setdefault(gain.signature.candidate.family, []).append(gain)
         ranked = [best for best, *_ in forms.values()]
         options: list[Option] = []
@@ -204,6 +207,14 @@ class Look:
                 usual.append((one, p))  # healthy runs show it as well: no rival of what is new
                 least_p = min(least_p, max(p, level))
         return (min(options, key=rank), least_p, ()) if options else None
+
+    def _may_gain(self, gain: Gain, signatures: Signatures, nats: float) -> bool:
+        """Whether a candidate may gain so much; a law that hardly changes the prediction may not."""
+        one = gain.signature
+        if one.candidate.effect.parameters or one.offset < 0:
+            return True
+        change = signatures.matrix[one.offset].reshape(self.evidence.base.shape)
+        return self.evidence.most_gained(change) >= nats
 
     def _lists(self, ranked: list[Gain], standing: Fitted) -> Iterator[list[Gain]]:
         """Yield what is to be fitted, best first; with references the next best, then the newest."""

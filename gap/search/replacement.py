@@ -23,6 +23,8 @@ NEAR_AS_GOOD = (
     0.8  # of what its cause gains to first order, that a candidate must gain to be one of them
 )
 FEW_ROUNDS = 3  # of a fit, that show whether it is worth all of them
+# Share of what a cause gained, by which another in its place is behind after one round, that no more make up.
+HOPELESS = 0.3
 
 
 def replaced(look: Look, selection: Selection, signatures: Signatures) -> Selection:
@@ -46,8 +48,11 @@ def _better_at(look: Look, selection: Selection, signatures: Signatures, at: int
     def fitted(other: tuple[Candidate, Cause]) -> Option:
         added, cause = other
         start = (*causes[:at], cause, *causes[at + 1 :])
+        first = fit_option(look.evidence, added, start, selection.unseen, 1, selection.fitted)
+        if -first.over.nats > HOPELESS * max(selection.steps[at].chosen.over.nats, 0.0):
+            return first
         return fit_option(
-            look.evidence, added, start, selection.unseen, FEW_ROUNDS, selection.fitted
+            look.evidence, added, first.fitted.causes, selection.unseen, FEW_ROUNDS - 1, first.fitted
         )
 
     others = list(_others(look, selection, signatures, at))

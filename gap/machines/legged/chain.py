@@ -290,7 +290,9 @@ def _of_sensors(settings: Settings) -> Settings:
 def _laws_of(settings: Settings) -> Settings:
     """Return the laws of settings and how feet give: what decides how feet answer slip."""
     acting = tuple(
-        one for one in settings.acting if one[0] == "leg_flex" or not EFFECTS[one[0]].parameters
+        one
+        for one in settings.acting
+        if one[0] in ("leg_flex", "inertia_lag", "drag") or not EFFECTS[one[0]].parameters
     )
     return replace(settings, acting=acting, added=())
 
