@@ -41,6 +41,7 @@ class Remainder:
         p: Chance of so much in a healthy machine.
         acting: Share of the gap that they close in the channels in which they act, 0 to 1.
         lead: Standard errors by which more is left at a joint of theirs than at any other.
+        there: How much more is left at their joints on held-out runs than at others.
     """
 
     closed: float
@@ -49,6 +50,7 @@ class Remainder:
     p: float
     acting: float = 1.0
     lead: float = 0.0
+    there: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.how_far import HowFar, how_far
 from gap.diagnosis.new_commands import new_commands
-from gap.diagnosis.probability import Fit, RivalCause, chances, none_of_them
+from gap.diagnosis.probability import Fit, RivalCause, chances, left_of, none_of_them
 from gap.diagnosis.second_look import second_look
 from gap.diagnosis.study import FEWEST_REFERENCES, Study, make_study
 from gap.diagnosis.trend import none_with, trends_of
@@ -154,7 +154,7 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
     evidence, known = comparison.evidence, comparison.known
     detection = detect(evidence, comparison.runs, selection.p) if known else None
     exists = gap_exists(evidence, detection, selection)
-    fit = _fit(comparison, selection)
+    fit = _fit(comparison, selection, far)
     none = none_of_them(fit, len(selection.steps), bool(comparison.study.references))
     trends = trends_of(evidence, comparison.healthy, selection.fitted)
     none = none_with(trends, none) if exists else 0.0
@@ -176,7 +176,7 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
     )
 
 
-def _fit(comparison: GapEvidence, selection: Selection) -> Fit:
+def _fit(comparison: GapEvidence, selection: Selection, far: HowFar) -> Fit:
     """What the causes explain, each block under the fit without its fold."""
     evidence, runs = comparison.evidence, comparison.runs
     unseen = unseen_residual(evidence, selection.fitted)
@@ -194,6 +194,7 @@ def _fit(comparison: GapEvidence, selection: Selection) -> Fit:
         lead_there=lead_of_joints(
             evidence, unseen, runs, {joint for one in causes for joint in one.joints}
         ),
+        left_there=left_of(far, causes, evidence.effects) if runs else 0.0,
     )
 
 

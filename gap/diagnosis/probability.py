@@ -6,24 +6,33 @@ for none of them.
 """
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from gap.constants import (
     ERROR_SHARE,
+    FORM_DIFFERS,
     GAIN_SHARE,
     MISFIT_SHARE,
     NONE,
     NONE_ACTING,
     NONE_ENERGY,
+    NONE_LEFT,
     NONE_MANY,
     NONE_OPEN,
     NONE_OPEN_ALONE,
     NONE_THERE,
     NONE_WORST,
     NONE_WORST_ALONE,
+    ROUGH_DIFFERS,
     SURELY_ODD,
     TEMPERATURE,
 )
+from gap.diagnosis.how_far import HowFar
+from gap.interfaces import Cause, Effect
+from gap.residuals.left_there import HeldOutEnergies, left_at_joint
 from gap.search.cross_validation import Advantage, advantage
 from gap.search.look import Selection
 from gap.search.options import Option
@@ -68,6 +77,8 @@ class Fit:
             where there is none to compare with.
         lead_there: Standard errors by which more is left at a joint of a cause than at any other, see
             ``gap.residuals.repeated``; 0 where that is unknown.
+        left_there: How much more is left at joints of causes on held-out runs than at others, see
+            ``gap.residuals.left_there``; 0 where that is unknown.
     """
 
     closed: float
@@ -77,6 +88,7 @@ class Fit:
     nats_after: float
     closed_acting: float = 1.0
     lead_there: float = 0.0
+    left_there: float = 0.0
 
 
 def none_of_them(fit: Fit, causes: int, referenced: bool) -> float:
@@ -90,18 +102,18 @@ def none_of_them(fit: Fit, causes: int, referenced: bool) -> float:
     wide, worst = (NONE_OPEN, NONE_WORST) if referenced else (NONE_OPEN_ALONE, NONE_WORST_ALONE)
     many = NONE_MANY if referenced else 0.0
     features = none_features(fit, causes)
-    weights = (NONE, wide, NONE_ENERGY, worst, many, NONE_ACTING, NONE_THERE)
+    weights = (NONE, wide, NONE_ENERGY, worst, many, NONE_ACTING, NONE_THERE, NONE_LEFT)
     logit = sum(one * value for one, value in zip(weights, features, strict=True))
     return 1.0 / (1.0 + math.exp(-logit))
 
 
 def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
-    """Return what the log odds of "none of these" are linear in, seven numbers.
+    """Return what the log odds of "none of these" are linear in, eight numbers.
 
     These are 1, the open gap, energy, the worst channel, causes above two, what is open where the causes
-    act, and the lead of their joints as far as the gap is open: a large cause is right though a few
-    percent of how it looks are left. What a healthy machine leaves as well is no sign that something is
-    missing.
+    act, the lead of their joints as far as the gap is open, and what is left there on held-out runs: a
+    large cause is right though a few percent of how it looks are left. What a healthy machine leaves as
+    well is no sign that something is missing.
     """
     odd = min(1.0, -math.log(max(fit.p_after, 1e-9)) / -math.log(SURELY_ODD))
     return (
@@ -112,7 +124,34 @@ def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
         max(0, causes - 2),
         1.0 - fit.closed_acting,
         (1.0 - fit.closed) * fit.lead_there,
+        fit.left_there,
     )
+
+
+def left_of(far: HowFar, causes: Sequence[Cause], effects: Mapping[str, Effect]) -> float:
+    """Return how much more is left at joints of causes than at others (``gap.residuals.left_there``).
+
+    Of several causes, each counts by its part of what all close on held-out runs.
+    """
+    if not causes:
+        return 0.0
+    rows = far.channels
+    before, after = (
+        np.array([(one / row.floor) ** 2 for row, one in zip(rows, each, strict=True)])
+        for each in ([row.before for row in rows], [row.after for row in rows])
+    )
+    energies = HeldOutEnergies(
+        [row.channel for row in rows], [row.joint for row in rows], before, after
+    )
+    joints = {joint for one in causes for joint in one.joints}
+    closed = np.fmax(np.mean([far.alone, far.last], axis=0), 0.0)
+    parts = closed / closed.sum() if closed.sum() > 0.0 else np.full(len(causes), 1 / len(causes))
+    left = 0.0
+    for one, part in zip(causes, parts, strict=True):
+        if len(one.joints) == 1:
+            differs = ROUGH_DIFFERS if effects[one.effect].rough else FORM_DIFFERS
+            left += part * left_at_joint(energies, one.joints[0], joints, differs)
+    return float(left)
 
 
 def chances(

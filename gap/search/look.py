@@ -247,9 +247,7 @@ class Look:
         start = (*standing.causes, added.cause(gain.values))
         # another law changes the slopes of all others
         near = standing if added.effect.parameters else None
-        return fit_option(
-            self.evidence, added, start, selection.unseen, self.search.rounds, near
-        )
+        return fit_option(self.evidence, added, start, selection.unseen, self.search.rounds, near)
 
     def _closes_enough(self, one: Option, selection: Selection) -> bool:
         if self.healthy is None:

@@ -23,7 +23,7 @@ NEAR_AS_GOOD = (
     0.8  # of what its cause gains to first order, that a candidate must gain to be one of them
 )
 FEW_ROUNDS = 3  # of a fit, that show whether it is worth all of them
-# Share of what a cause gained, by which another in its place is behind after one round, that no more make up.
+# Share of what a cause gained; another in its place that is farther behind after one round stays behind.
 HOPELESS = 0.3
 
 
@@ -52,7 +52,12 @@ def _better_at(look: Look, selection: Selection, signatures: Signatures, at: int
         if -first.over.nats > HOPELESS * max(selection.steps[at].chosen.over.nats, 0.0):
             return first
         return fit_option(
-            look.evidence, added, first.fitted.causes, selection.unseen, FEW_ROUNDS - 1, first.fitted
+            look.evidence,
+            added,
+            first.fitted.causes,
+            selection.unseen,
+            FEW_ROUNDS - 1,
+            first.fitted,
         )
 
     others = list(_others(look, selection, signatures, at))

@@ -124,7 +124,7 @@ CATALOGUE = (
         form_of="servo_compliance"),
     replace(_effect("actuation", "gear_backlash", LEG, _numbers("width_rad", "rad", 0.0, 0.5, 0.02),
         "The shaft lies against one or the other flank of the play, whichever way its load pushes.",
-        "Replace the gears or the horn of this servo."), curved=True),
+        "Replace the gears or the horn of this servo."), curved=True, rough=True),
     _effect("actuation", "joint_friction", BOTH, _numbers("behind_rad", "rad", 0.0, 0.3, 0.02),
         "Dry friction at the joint: the shaft follows its set point only once it is this far behind.",
         "Look for a tight bearing or a rubbing link; raise the position gain or add integral action."),

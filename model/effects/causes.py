@@ -77,6 +77,7 @@ class Effect:
         even: Whether it is the same with all its numbers negated, so that near neutral it does nothing to
             first order.
         curved: Whether near neutral it looks unlike itself at a usual size.
+        rough: Whether machines have it in forms that differ from the modelled one by most of its change.
         shaking: What vibrates with it, faster than a model's frames follow; None if nothing does.
         least_size: Spreads from neutral that it must have to be named: machines built alike differ by as
             much as a smaller one.
@@ -97,6 +98,7 @@ class Effect:
     form_of: str = field(default="", kw_only=True)
     even: bool = field(default=False, kw_only=True)
     curved: bool = field(default=False, kw_only=True)
+    rough: bool = field(default=False, kw_only=True)
     shaking: Shaking | None = field(default=None, kw_only=True)
     least_size: float = field(default=0.0, kw_only=True)
 

@@ -34,9 +34,9 @@ class Scene:
     """W frames of a robot on its ground.
 
     Only effects that are bound to a place need the world: x, y, yaw of the body, (W, 3). What balances the
-    feet, and what tells how a velocity changes, may know answers that they gave before. Foot forces that were measured with the body's velocity show
-    its change as it was (``change_seen``); a pose alone shows it smoothed, and with too much noise to give
-    back what that took.
+    feet, and what tells how a velocity changes, may know answers that they gave before. Foot forces that
+    were measured with the body's velocity show its change as it was (``change_seen``); a pose alone shows
+    it smoothed, and with too much noise to give back what that took.
     """
 
     machine: LeggedMachine

@@ -79,7 +79,7 @@ class LeggedChain:
         None of it depends on what was asked before, and so none of what is found from it. The viscous
         ansatz settles as fast from the frames before.
         """
-        laws = _laws_of(settings)
+        laws = _laws_of(settings, drive)
         if settings == laws or not settings.has("coulomb_friction"):
             return None
         return self._lawful(inputs, laws, drive)
@@ -287,12 +287,14 @@ def _of_sensors(settings: Settings) -> Settings:
     return replace(settings, acting=acting, added=())
 
 
-def _laws_of(settings: Settings) -> Settings:
-    """Return the laws of settings and how feet give: what decides how feet answer slip."""
+def _laws_of(settings: Settings, drive: Drive) -> Settings:
+    """Return the laws of settings and how feet give: what decides how feet answer slip.
+
+    And what resists the body's velocity where that is measured, so that it takes no passes.
+    """
+    kept = ("leg_flex", *(("inertia_lag", "drag") if drive is Drive.MEASURED else ()))
     acting = tuple(
-        one
-        for one in settings.acting
-        if one[0] in ("leg_flex", "inertia_lag", "drag") or not EFFECTS[one[0]].parameters
+        one for one in settings.acting if one[0] in kept or not EFFECTS[one[0]].parameters
     )
     return replace(settings, acting=acting, added=())
 
