@@ -84,6 +84,17 @@ def test_a_balance_is_known_again_by_its_numbers_and_nothing_else() -> None:
     assert not none.valid[3]
 
 
+def test_inputs_with_the_same_numbers_in_another_order_are_others() -> None:
+    """Their sums of bits are the same."""
+    solve, law = SolvedTraction(), FootLaw(False)
+    position = np.random.default_rng(2).normal(size=(6, 4, 3))
+    stiff = np.zeros((1, 4, 2))
+    first = solve(_feet(position), law, None, 0.02, stiff)
+    turned = solve(_feet(position[::-1].copy()), law, None, 0.02, stiff)
+    assert np.array_equal(turned.velocity_B, first.velocity_B[::-1])
+    assert not np.array_equal(turned.velocity_B, first.velocity_B)
+
+
 def test_answers_by_identity_keep_their_arrays() -> None:
     known = SolvedOnArrays()
     made: list[int] = []

@@ -1,0 +1,88 @@
+"""What a cause leaves at its own joint on held-out runs, beside what is left at other joints."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.how_far import ChannelShrink, HowFar
+from gap.diagnosis.probability import Fit, left_of, none_of_them
+from gap.interfaces import Cause
+from gap.residuals.left_there import MOST_LEFT, HeldOutEnergies, left_at_joint
+from tests.gap.toy import EFFECTS, Toy, toy_case, toy_references
+
+JOINTS = ("a", "b", "c", "d")
+BY_NAME = {effect.name: effect for effect in EFFECTS}
+
+
+def energies(after: list[float], before: float = 10.0) -> HeldOutEnergies:
+    """A force at each of four joints, and the body's speed; the first joint has the cause."""
+    names, joints = ["force"] * 4 + ["speed"], [*JOINTS, ""]
+    first = [before, *after[1:4], 1.0]
+    return HeldOutEnergies(names, joints, np.array(first), np.array([*after, 1.0]))
+
+
+def test_only_what_is_beyond_other_joints_and_a_share_of_the_change_is_left() -> None:
+    assert left_at_joint(energies([1.0, 1.0, 0.8, 1.2]), "a", {"a"}, 0.1) == 0.0
+    left = left_at_joint(energies([4.0, 1.0, 0.8, 1.2]), "a", {"a"}, 0.1)
+    assert left == pytest.approx(np.log(4.0 / (1.0 + 0.01 * 10.0)))
+    # where all joints are worse than expected on this day, this one is no different
+    assert left_at_joint(energies([4.0, 4.0, 4.5, 3.5]), "a", {"a"}, 0.1) == 0.0
+    # a hundredth of the energy of a large cause is what its form is off by
+    large = energies([40.0, 1.0, 0.8, 1.2], before=4000.0)
+    assert left_at_joint(large, "a", {"a"}, 0.1) == 0.0
+    assert left_at_joint(large, "a", {"a"}, 0.03) == pytest.approx(np.log(40.0 / 4.6))
+    assert left_at_joint(energies([1e9, 1.0, 1.0, 1.0], 1e9), "a", {"a"}, 0.1) == MOST_LEFT
+
+
+def test_nothing_is_said_where_nothing_can_be_compared() -> None:
+    some = energies([4.0, 1.0, 0.8, 1.2])
+    assert left_at_joint(some, "no such joint", {"a"}, 0.1) == 0.0
+    assert left_at_joint(some, "a", {"a", "b", "c"}, 0.1) == 0.0, "one other joint is too few"
+    broken = energies([np.nan, 1.0, 0.8, 1.2])
+    assert left_at_joint(broken, "a", {"a"}, 0.1) == 0.0
+
+
+def far(after: list[float], alone: tuple[float, ...]) -> HowFar:
+    """What held-out runs show of the same four joints, in newtons that are expected."""
+    rows = [
+        ChannelShrink("force", joint, "N", before, np.sqrt(left), (0.0, 0.0), (0.0, 0.0), 1.0)
+        for joint, before, left in zip(JOINTS, (4.0, 4.0, 1.0, 1.0), after, strict=True)
+    ]
+    toy = diagnose(toy_case([Cause("bias", ("a",), (0.9,))], 3), Toy(), toy_references(3))
+    return replace(toy.far, channels=tuple(rows), alone=alone, last=alone)
+
+
+def test_of_several_causes_each_counts_by_its_part() -> None:
+    one, two = Cause("bias", ("a",), (0.5,)), Cause("bias", ("b",), (0.5,))
+    whole = Cause("tether", (), (0.5,))
+    after = [8.0, 1.0, 1.0, 1.0]
+    left = np.log(8.0 / (1.0 + 0.01 * 16.0))
+    assert left_of(far(after, (1.0,)), (one,), BY_NAME) == pytest.approx(left)
+    assert left_of(far(after, (0.3, 0.9)), (one, two), BY_NAME) == pytest.approx(left / 4)
+    assert left_of(far(after, (0.5, 0.5)), (one, whole), BY_NAME) == pytest.approx(left / 2)
+    # parts that are not known count alike
+    assert left_of(far(after, (np.nan, np.nan)), (one, two), BY_NAME) == pytest.approx(left / 2)
+    assert left_of(far(after, ()), (), BY_NAME) == 0.0
+    rough = {**BY_NAME, "bias": replace(BY_NAME["bias"], rough=True)}
+    assert left_of(far(after, (1.0,)), (one,), rough) < left_of(far(after, (1.0,)), (one,), BY_NAME)
+
+
+def test_what_is_left_there_speaks_for_none_of_these() -> None:
+    """Even where all that is open lies within what healthy machines show."""
+    closed = Fit(1.0, 1.0, 1.0, 0.9, 0.0)
+    assert none_of_them(closed, 1, referenced=True) < 0.01
+    assert none_of_them(replace(closed, left_there=0.5), 1, referenced=True) < 0.1
+    assert none_of_them(replace(closed, left_there=1.5), 1, referenced=True) > 0.5
+
+
+def test_a_cause_that_resembles_another_is_told_by_it_on_a_machine() -> None:
+    """A bump is no effect of the catalogue; a stiffness that is right leaves nothing at its joint."""
+    right = diagnose(toy_case([Cause("stiffness", ("b",), (0.7,))], 3), Toy(), toy_references(5))
+    nearest = diagnose(toy_case([Cause("bump", ("b",), (0.8, 0.1))], 3), Toy(), toy_references(5))
+    assert {one.joints for one in nearest.causes} == {("b",)}
+    assert right.fit.left_there < 0.4
+    assert nearest.fit.left_there > 1.0
+    healthy = diagnose(toy_case([], 3), Toy(), toy_references(5))
+    assert healthy.fit.left_there == 0.0
