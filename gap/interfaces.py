@@ -109,12 +109,14 @@ class DataFault:
         channel: Column of the trial table, or a group such as ``body``.
         evidence: One sentence with figures.
         severe: Whether what follows cannot be trusted until it is fixed.
+        share: Of the samples, that it concerns; None where they are not counted.
     """
 
     kind: str
     channel: str
     evidence: str
     severe: bool
+    share: float | None = None
 
 
 class Simulator(Protocol):

@@ -36,6 +36,7 @@ GAP_S = 0.1
 SEVERE_SHARE = 0.1
 SPIKE_SHARE = 0.6  # of a column's range, that lone samples must stand out
 SPIKE_SIGMAS = 20.0
+SEVERE_SPIKES = 0.01  # share of the samples
 SATURATED_SAMPLES = 20
 SATURATED_SHARE = 0.005
 NEAR_ZERO_SAMPLES = 40
@@ -179,7 +180,8 @@ def _spikes(values: FloatArray) -> Iterator[Sign]:
         stand = "stands out by" if len(lone) == 1 else "stand out by up to"
         words = f"{count_words(len(lone), 'lone sample')} {stand} {off[lone].max():.3g} "
         words += f"(range of the rest {high - low:.3g})"
-        yield "spikes", words, len(lone) > 0.01 * len(values)
+        share = len(lone) / len(values)
+        yield "spikes", words, share > SEVERE_SPIKES, share
 
 
 def _saturated(values: FloatArray) -> Iterator[Sign]:

@@ -11,12 +11,13 @@ from model.values.arrays import BoolArray, FloatArray, IntArray
 LONGEST_SPIKE = 3
 FEWEST = 20  # samples from which two columns are compared
 Unit = tuple[float, str]  # how many of it are one SI unit, and its name
-Sign = tuple[str, str, bool]  # kind of a fault, its evidence, whether it is severe
+# Kind of a fault, its evidence, whether it is severe, and which share of the samples it concerns.
+Sign = tuple[str, str, bool] | tuple[str, str, bool, float]
 
 
 def faults_of(channel: str, signs: Iterable[Sign]) -> Iterator[DataFault]:
     """Return what was found in a channel as its faults."""
-    return (DataFault(kind, channel, evidence, severe) for kind, evidence, severe in signs)
+    return (DataFault(sign[0], channel, *sign[1:]) for sign in signs)
 
 
 def runs(flags: BoolArray) -> IntArray:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.constants import MOSTLY
+from gap.data.usual_spikes import without_usual_spikes
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
 from gap.diagnosis.by_vibration import settled_by_vibration, shaken_channels
 from gap.diagnosis.commissioning import commission
@@ -104,7 +105,7 @@ def diagnose_study(
     answer = _answer(comparison, selection, far)
     progress("what to run next", NEXT_FROM)
     runs = _next_runs(comparison.study, selection, answer.ambiguous, proposer, progress)
-    diagnosis = _diagnosis(comparison, selection, far, answer, _faults(checked), runs, seed)
+    diagnosis = _diagnosis(comparison, selection, far, answer, _faults(study, checked), runs, seed)
     progress("done", 1.0)
     return diagnosis
 
@@ -137,8 +138,11 @@ class _Answer:
     fit: Fit
 
 
-def _faults(checked: Iterator[tuple[DataFault, ...]]) -> tuple[TrialFaults, ...]:
-    return tuple(TrialFaults(i, own) for i, own in enumerate(checked) if own)
+def _faults(study: Study, checked: Iterator[tuple[DataFault, ...]]) -> tuple[TrialFaults, ...]:
+    every, trials = tuple(checked), len(study.trials)
+    known = every[trials:]
+    faults = (*without_usual_spikes(every[:trials], known), *known)
+    return tuple(TrialFaults(i, own) for i, own in enumerate(faults) if own)
 
 
 def _commissioned(study: Study, standing: tuple[Cause, ...] | None, progress: Progress) -> Study:
