@@ -123,14 +123,14 @@ def fit_causes(
             if better:
                 break
             damping = max(damping * 30, rules.least_damping)
-        gained = nats - reached if better else 0.0
+        last = True
         if better:
+            last = nats - reached < rules.enough_nats + rules.enough_share * abs(reached)
             causes, residual, away, nats, damping = trial, there, far, reached, damping / 10
-        enough = gained < rules.enough_nats + rules.enough_share * abs(nats)
-        if (enough or not better) and not borrowed:
+        if last and not borrowed:
             break
         if not better:
-            damping = rules.damping
+            damping = rules.damping  # its own slopes may lead farther
         slopes, borrowed = slopes_of(misfit, causes, free, residual, rules.difference), {}
     return Fitted(causes, residual, slopes, away, nats)
 
