@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from gap.constants import AHEAD_NATS, OPEN_LEVEL
 from gap.residuals.evidence import Evidence
 from gap.search.cross_validation import advantage
-from gap.search.options import Option, fit_option
+from gap.search.options import Option, fit_option, on_bound
 
 MOST = 0.5  # of what the new cause explains, that another must explain to contain it
 
@@ -22,10 +22,11 @@ def containing(evidence: Evidence, new: Option, others: Iterable[tuple[Option, f
     Args:
         evidence: What is fitted to.
         new: The cause that is new.
-        others: Better ones that are not, best first, each with its chance in a healthy machine.
+        others: Better ones that are not, best first, each with its chance in a healthy machine. One on a
+            bound of its values explains nothing.
     """
     for other, p in others:
-        if p >= OPEN_LEVEL:
+        if p >= OPEN_LEVEL or on_bound(other):
             continue
         ahead = advantage(other.unseen, new.unseen, evidence.block_part)
         if ahead.nats > max(ahead.error, AHEAD_NATS) and _contains(evidence, other, new):

@@ -1,5 +1,7 @@
 """A cause that passes the level, beside a better one that missed it by little."""
 
+from dataclasses import replace
+
 import pytest
 
 from gap.constants import OPEN_LEVEL
@@ -56,3 +58,13 @@ def test_nor_is_what_explains_something_else(evidence: Evidence, late: Option) -
 def test_nor_is_what_explains_less(evidence: Evidence, late: Option) -> None:
     lag = _option(evidence, cause("lag", 0.03))
     assert containing(evidence, late, [(lag, NEARLY)]) is late
+
+
+def test_nor_is_what_lies_on_a_bound_of_its_values(evidence: Evidence, late: Option) -> None:
+    lag = _option(evidence, cause("lag", 0.03))
+    (value,) = late.cause.values
+    (delay_s,) = late.added.effect.parameters
+    tight = replace(late.added.effect, parameters=(replace(delay_s, upper=value),))
+    stuck = replace(late, added=replace(late.added, effect=tight))
+    assert containing(evidence, lag, [(stuck, NEARLY)]) is lag
+    assert containing(evidence, lag, [(stuck, NEARLY), (late, NEARLY)]) is late
