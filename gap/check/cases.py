@@ -40,7 +40,6 @@ class Remainder:
         worst: The same of the worst channel.
         p: Chance of so much in a healthy machine.
         acting: Share of the gap that they close in the channels in which they act, 0 to 1.
-        lead: Standard errors by which more is left at a joint of theirs than at any other.
         there: How much more is left at their joints on held-out runs than at others.
     """
 
@@ -49,7 +48,6 @@ class Remainder:
     worst: float
     p: float
     acting: float = 1.0
-    lead: float = 0.0
     there: float = 0.0
 
 

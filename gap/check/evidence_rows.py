@@ -28,11 +28,11 @@ LOOSE = 0.5  # share of a constant by which a fit may move it, one standard devi
 def none_prior() -> ConstantPrior:
     """Return the constants of "none of these" with references as they stand."""
     names = (
-        "NONE", "NONE_OPEN", "NONE_ENERGY", "NONE_WORST", "NONE_MANY", "NONE_ACTING", "NONE_THERE",
+        "NONE", "NONE_OPEN", "NONE_ENERGY", "NONE_WORST", "NONE_MANY", "NONE_ACTING",
         "NONE_LEFT",
     )  # fmt: skip
     values = np.array([float(getattr(constants, name)) for name in names])
-    return ConstantPrior(names, values, LOOSE * np.abs(values), np.array([0.0, *[1.0] * 7]))
+    return ConstantPrior(names, values, LOOSE * np.abs(values), np.array([0.0, *[1.0] * 6]))
 
 
 def none_rows(cases: Sequence[CheckedCase]) -> CaseRows:
@@ -46,19 +46,11 @@ def none_rows(cases: Sequence[CheckedCase]) -> CaseRows:
             or not (case.answer.referenced and gap_declared(case))
         ):
             continue
-        fit = Fit(
-            left.closed,
-            left.excess,
-            left.worst,
-            left.p,
-            math.nan,
-            left.acting,
-            left.lead,
-            left.there,
-        )
+        rest = (math.nan, left.acting, left.there)
+        fit = Fit(left.closed, left.excess, left.worst, left.p, *rest)
         features.append(none_features(fit, len(case.answer.named)))
         outcomes.append(case.kind in {OUTSIDE, REMOVED})
-    return CaseRows(np.array(features).reshape(-1, 8), np.array(outcomes, dtype=bool))
+    return CaseRows(np.array(features).reshape(-1, 7), np.array(outcomes, dtype=bool))
 
 
 def cause_prior() -> ConstantPrior:

@@ -27,7 +27,6 @@ from gap.experiments.next_run import NextRun, next_runs
 from gap.interfaces import Cause, DataFault, Drive, Proposal, Simulator
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.predictions import PredictsElsewhere
-from gap.residuals.repeated import lead_of_joints
 from gap.residuals.vibration import settled
 from gap.search.candidates import Candidate, families_of
 from gap.search.cross_validation import unseen_residual
@@ -195,9 +194,6 @@ def _fit(comparison: GapEvidence, selection: Selection, far: HowFar) -> Fit:
         p_after=chance_of_energies(evidence, unseen, runs) if runs else 0.0,
         nats_after=max(0.0, nats_beyond(evidence, unseen_score, healthy)),
         closed_acting=closed_beyond(evidence, unseen, runs) if causes else 1.0,
-        lead_there=lead_of_joints(
-            evidence, unseen, runs, {joint for one in causes for joint in one.joints}
-        ),
         left_there=left_of(far, causes, evidence.effects) if runs else 0.0,
     )
 

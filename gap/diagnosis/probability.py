@@ -23,7 +23,6 @@ from gap.constants import (
     NONE_MANY,
     NONE_OPEN,
     NONE_OPEN_ALONE,
-    NONE_THERE,
     NONE_WORST,
     NONE_WORST_ALONE,
     ROUGH_DIFFERS,
@@ -75,8 +74,6 @@ class Fit:
         nats_after: Score that is left beyond that of a healthy machine.
         closed_acting: Share of the energy that no healthy run shows which they close where they act; 1
             where there is none to compare with.
-        lead_there: Standard errors by which more is left at a joint of a cause than at any other, see
-            ``gap.residuals.repeated``; 0 where that is unknown.
         left_there: How much more is left at joints of causes on held-out runs than at others, see
             ``gap.residuals.left_there``; 0 where that is unknown.
     """
@@ -87,7 +84,6 @@ class Fit:
     p_after: float
     nats_after: float
     closed_acting: float = 1.0
-    lead_there: float = 0.0
     left_there: float = 0.0
 
 
@@ -102,18 +98,17 @@ def none_of_them(fit: Fit, causes: int, referenced: bool) -> float:
     wide, worst = (NONE_OPEN, NONE_WORST) if referenced else (NONE_OPEN_ALONE, NONE_WORST_ALONE)
     many = NONE_MANY if referenced else 0.0
     features = none_features(fit, causes)
-    weights = (NONE, wide, NONE_ENERGY, worst, many, NONE_ACTING, NONE_THERE, NONE_LEFT)
+    weights = (NONE, wide, NONE_ENERGY, worst, many, NONE_ACTING, NONE_LEFT)
     logit = sum(one * value for one, value in zip(weights, features, strict=True))
     return 1.0 / (1.0 + math.exp(-logit))
 
 
 def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
-    """Return what the log odds of "none of these" are linear in, eight numbers.
+    """Return what the log odds of "none of these" are linear in, seven numbers.
 
     These are 1, the open gap, energy, the worst channel, causes above two, what is open where the causes
-    act, the lead of their joints as far as the gap is open, and what is left there on held-out runs: a
-    large cause is right though a few percent of how it looks are left. What a healthy machine leaves as
-    well is no sign that something is missing.
+    act, and what is left at their joints on held-out runs: a large cause is right though a few percent of
+    how it looks are left. What a healthy machine leaves as well is no sign that something is missing.
     """
     odd = min(1.0, -math.log(max(fit.p_after, 1e-9)) / -math.log(SURELY_ODD))
     return (
@@ -123,7 +118,6 @@ def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
         odd * math.log(max(fit.worst_after, 1.0)),
         max(0, causes - 2),
         1.0 - fit.closed_acting,
-        (1.0 - fit.closed) * fit.lead_there,
         fit.left_there,
     )
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from gap.diagnosis.joint_ranking import JointGap, rank_joints
 from gap.residuals.evidence import Evidence, mean_energy
-from gap.residuals.repeated import PHASE_BINS, phase_bins
+from gap.residuals.phase_bins import PHASE_BINS, phase_bins
 from model.values.arrays import FloatArray, IntArray
 
 FLIPS = 399

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from gap.diagnosis.findings import Diagnosis
 from gap.diagnosis.where import ChannelGap
-from gap.residuals.repeated import PHASE_BINS
+from gap.residuals.phase_bins import PHASE_BINS
 from gap.rounding import percent_words
 
 COLD, HOT = 1.0, 30.0  # energy over expectation: no gap; full colour

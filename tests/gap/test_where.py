@@ -7,7 +7,7 @@ from gap.diagnosis.study import make_study
 from gap.diagnosis.verdict import fitted_values
 from gap.diagnosis.where import where
 from gap.interfaces import Cause, Drive, Effect, Parameter, Scope
-from gap.residuals.repeated import PHASE_BINS
+from gap.residuals.phase_bins import PHASE_BINS
 from tests.gap.toy import Toy, toy_case, toy_references
 
 
