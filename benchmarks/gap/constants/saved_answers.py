@@ -7,7 +7,7 @@ on nothing before that. Importing this imports the diagnosis with its constants.
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +48,8 @@ def again(case: JudgedCase) -> JudgedCase:
 def _again(answer: CaseAnswer, found: Found) -> CaseAnswer:
     if answer.verdict == NO_GAP:
         return answer
-    fit = Fit(**found["fit"])
+    known = {field.name for field in fields(Fit)}  # answers of earlier engines have others, too
+    fit = Fit(**{name: value for name, value in found["fit"].items() if name in known})
     none = none_with(_trends(found), none_of_them(fit, len(answer.named), answer.referenced))
     named = tuple(
         replace(one, probability=_probability(found, one.effect, list(one.joints), none, fit))
