@@ -20,7 +20,7 @@ from gap.diagnosis.probability import Fit, RivalCause, chances, left_of, none_of
 from gap.diagnosis.second_look import second_look
 from gap.diagnosis.study import FEWEST_REFERENCES, Study, make_study
 from gap.diagnosis.trend import none_with, trends_of
-from gap.diagnosis.verdict import gap_exists, named_causes, verdict_of, warnings_of
+from gap.diagnosis.verdict import gap_exists, named_causes, resembling, verdict_of, warnings_of
 from gap.diagnosis.where import clearest_there, where
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
@@ -237,6 +237,7 @@ def _diagnosis(
         new_commands=new_commands((*study.fitted, *study.held), study.references),
         warnings=(
             *warnings_of(study, len(evidence.starts), answer.named, far, answer.detection),
+            *resembling(answer.fit.left_there),
             *clearest_there([(one.effect, one.joints) for one in answer.named], remaining),
         ),
         predictions=study.predictor.count,

@@ -19,6 +19,7 @@ from gap.search.standard_errors import standard_errors
 from model.values.arrays import FloatArray
 
 FEW_BLOCKS = 6
+CLEARLY_LEFT = 1.0  # e-folds of energy
 LITTLE = 0.25  # share of the gap on held-out runs that is little for causes that are named
 
 
@@ -125,6 +126,16 @@ def fitted_values(effect: Effect, cause: Cause, errors: FloatArray) -> tuple[Val
         bound = bound and abs(value - p.neutral) > edge
         out.append(Value(p.name, p.unit, value, float(error) * p.spread, p.neutral, bound))
     return tuple(out)
+
+
+def resembling(left_there: float) -> Iterator[str]:
+    """Return that a cause may only resemble the true one, where clearly more is left at its joint."""
+    if left_there >= CLEARLY_LEFT:
+        yield (
+            f"on held-out runs a named cause leaves {np.exp(left_there / 2):.1f} times as much at its "
+            "joint as is left at others (RMS): it may only resemble the true one; compare the curves of "
+            "that joint"
+        )
 
 
 def warnings_of(

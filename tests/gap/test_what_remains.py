@@ -2,6 +2,9 @@
 
 from dataclasses import replace
 
+import numpy as np
+import pytest
+
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.where import PhaseCell, Where, clearest_there
 from gap.interfaces import Cause
@@ -43,3 +46,7 @@ def test_a_cause_that_resembles_another_leaves_most_at_its_own_joint() -> None:
     assert nearest.fit.left_there > 1.0
     assert nearest.fit.closed_acting < 0.9
     assert whole.none < 0.1 < nearest.none
+    assert not [one for one in whole.warnings if "resemble" in one]
+    (words,) = [one for one in nearest.warnings if "only resemble the true one; compare" in one]
+    times = float(words.split("leaves ")[1].split()[0])
+    assert times == pytest.approx(np.exp(nearest.fit.left_there / 2), abs=0.06)
