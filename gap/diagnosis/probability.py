@@ -129,7 +129,7 @@ def left_of(far: HowFar, causes: Sequence[Cause], effects: Mapping[str, Effect])
     """
     if not causes:
         return 0.0
-    rows = far.channels
+    rows = [row for row in far.channels if row.floor > 0.0]
     before, after = (
         np.array([(one / row.floor) ** 2 for row, one in zip(rows, each, strict=True)])
         for each in ([row.before for row in rows], [row.after for row in rows])

@@ -60,10 +60,6 @@ class SolvedTraction:
         if len(self._latest) > REMEMBERED:
             self._latest.popitem(last=False)
         return answer
-        answer = solve_traction_frames(feet, law, pushes, period_s, give_m_n, near=near)
-        self._latest.insert(0, (plain, given, answer))
-        del self._latest[REMEMBERED:]
-        return answer
 
 
 class SolvedOnArrays:
