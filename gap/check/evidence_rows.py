@@ -28,8 +28,7 @@ LOOSE = 0.5  # share of a constant by which a fit may move it, one standard devi
 def none_prior() -> ConstantPrior:
     """Return the constants of "none of these" with references as they stand."""
     names = (
-        "NONE", "NONE_OPEN", "NONE_ENERGY", "NONE_WORST", "NONE_MANY", "NONE_ACTING",
-        "NONE_LEFT",
+        "NONE", "NONE_OPEN", "NONE_ENERGY", "NONE_WORST", "NONE_MANY", "NONE_ACTING", "NONE_LEFT",
     )  # fmt: skip
     values = np.array([float(getattr(constants, name)) for name in names])
     return ConstantPrior(names, values, LOOSE * np.abs(values), np.array([0.0, *[1.0] * 6]))

@@ -116,6 +116,11 @@ class HowFar:
     rms: tuple[float, ...]
 
     @property
+    def each(self) -> FloatArray:
+        """What each of N causes closes, (N,): the mean of first and last in."""
+        return np.asarray(0.5 * (np.array(self.alone) + np.array(self.last)))
+
+    @property
     def over_runs(self) -> bool:
         """Whether the interval is over runs, and not over the cycles of one or two."""
         return self.runs >= FEWEST_RUNS

@@ -138,7 +138,7 @@ def left_of(far: HowFar, causes: Sequence[Cause], effects: Mapping[str, Effect])
         [row.channel for row in rows], [row.joint for row in rows], before, after
     )
     joints = {joint for one in causes for joint in one.joints}
-    closed = np.fmax(np.mean([far.alone, far.last], axis=0), 0.0)
+    closed = np.fmax(far.each, 0.0)
     parts = closed / closed.sum() if closed.sum() > 0.0 else np.full(len(causes), 1 / len(causes))
     left = 0.0
     for one, part in zip(causes, parts, strict=True):

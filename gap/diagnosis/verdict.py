@@ -106,7 +106,7 @@ def _parts(far: HowFar, count: int) -> list[float]:
 
     All NaN where causes undo so much of each other that one would close more than the whole gap.
     """
-    raw = np.array([0.5 * (a + b) for a, b in zip(far.alone, far.last, strict=True)])
+    raw = far.each
     total = float(raw.sum())
     if not np.isfinite(far.shrink) or not total > 0.0:  # nor NaN
         return [np.nan] * count

@@ -204,7 +204,7 @@ def slopes_of(
         for f in free
     ])  # fmt: skip
     wanted = [i for i in range(len(free)) if i not in known]
-    sets = [moved(causes, free, np.diag(steps)[i]) for i in wanted]
+    sets = [moved(causes, free, row) for row in np.diag(steps)[wanted]] if wanted else []
     slopes = np.zeros((len(free), *residual.shape))
     for i, slope in known.items():
         slopes[i] = slope

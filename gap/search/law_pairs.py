@@ -15,7 +15,6 @@ from gap.search.look import Look, Selection, Step
 from gap.search.options import Option, fit_option, worth
 from gap.search.replacement import without
 from gap.search.screen import make_signatures
-from model.values.arrays import FloatArray
 
 
 def law_with_partner(
@@ -36,17 +35,12 @@ def law_with_partner(
         option = fit_option(look.evidence, law, start, selection.unseen, look.search.rounds)
         # a partner that leaves much less by itself would have been taken before
         change = option.fitted.residual - selection.fitted.residual
-        if look.evidence.most_gained(change) < _least_nats(look, selection.unseen):
+        if look.evidence.most_gained(change) < look.least_nats(selection.unseen):
             continue
         both = _with_partner(look, selection, option, candidates)
         if both is not None:
             return both
     return None
-
-
-def _least_nats(look: Look, unseen: FloatArray) -> float:
-    """What a law has to gain, of so much that is left in each block."""
-    return look.search.least_gain * float(unseen.sum())
 
 
 def _with_partner(
@@ -66,7 +60,7 @@ def _with_partner(
         look.search.rounds,
     )  # fmt: skip
     lost = advantage(partner.unseen, alone.unseen, evidence.block_part)
-    if lost.nats < _least_nats(look, alone.unseen) or not worth(lost, 0, len(alone.unseen)):
+    if lost.nats < look.least_nats(alone.unseen) or not worth(lost, 0, len(alone.unseen)):
         return None
     both = advantage(partner.unseen, selection.unseen, evidence.block_part)
     if not worth(both, len(partner.added.effect.parameters), len(alone.unseen)):

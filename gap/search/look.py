@@ -162,6 +162,10 @@ class Look:
         left = chance_of_energies(self.evidence, residual, self.known.each)
         return OPEN_LEVEL if left < ENERGY_LEVEL else CAUSE_LEVEL
 
+    def least_nats(self, unseen: FloatArray) -> float:
+        """Return what a cause has to gain where there are no references, of what is left in each block."""
+        return self.search.least_gain * float(unseen.sum())
+
     def one_more(
         self, selection: Selection, signatures: Signatures
     ) -> tuple[Option, float, tuple[Option, ...]] | None:
@@ -171,7 +175,7 @@ class Look:
         """
         taken = families_of(selection.fitted.causes, self.evidence.effects)
         residual = selection.fitted.residual
-        least = self.search.least_gain * float(selection.unseen.sum())
+        least = self.least_nats(selection.unseen)
         forms: dict[Family, list[Gain]] = {}
         for gain in gains(signatures, residual, self.evidence.weights(residual)):
             if gain.signature.candidate.family not in taken and self._may_gain(
@@ -251,7 +255,7 @@ class Look:
 
     def _closes_enough(self, one: Option, selection: Selection) -> bool:
         if self.healthy is None:
-            least = self.search.least_gain * float(selection.unseen.sum())
+            least = self.least_nats(selection.unseen)
             share = share_of(self.evidence, one, selection.fitted, 0.0)
             return one.over.nats >= least and share >= self.search.least_share
         if not selection.steps:

@@ -66,9 +66,8 @@ def test_of_several_causes_each_counts_by_its_part() -> None:
     assert left_of(far(after, (np.nan, np.nan)), (one, two), BY_NAME) == pytest.approx(left / 2)
     assert left_of(far(after, ()), (), BY_NAME) == 0.0
     some = far(after, (1.0,))
-    never_wrong = tuple(
-        replace(one, floor=0.0) for one in some.channels
-    )  # nothing is expected there
+    # nothing is expected to be wrong there
+    never_wrong = tuple(replace(one, floor=0.0) for one in some.channels)
     assert left_of(replace(some, channels=never_wrong), (one,), BY_NAME) == 0.0
     rough = {**BY_NAME, "bias": replace(BY_NAME["bias"], rough=True)}
     assert left_of(far(after, (1.0,)), (one,), rough) < left_of(far(after, (1.0,)), (one,), BY_NAME)

@@ -66,7 +66,7 @@ def test_a_walk_whose_feet_rattle_in_all_runs_has_no_severe_fault() -> None:
 
 
 class RattlingToy(Toy):
-    """Says that every run has as many lone samples as its seed asks for."""
+    """Says that every run has lone samples in its forces, more than are severe."""
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
         return (fault(0.012),)

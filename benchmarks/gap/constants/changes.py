@@ -14,8 +14,7 @@ LOG_ODDS = frozenset({"NONE"})
 # these act on nothing before the probabilities: known answers can be judged again with them
 OF_PROBABILITIES = (
     "TEMPERATURE", "ERROR_SHARE", "MISFIT_SHARE", "GAIN_SHARE", "NONE", "NONE_ENERGY", "NONE_OPEN",
-    "NONE_OPEN_ALONE", "NONE_WORST", "NONE_WORST_ALONE", "NONE_MANY", "NONE_ACTING",
-    "NONE_LEFT",
+    "NONE_OPEN_ALONE", "NONE_WORST", "NONE_WORST_ALONE", "NONE_MANY", "NONE_ACTING", "NONE_LEFT",
     "SURELY_ODD", "NONE_LIKELY", "UNSTEADY_LEVEL", "UNSTEADY_GROWTH",
 )  # fmt: skip
 

@@ -207,9 +207,7 @@ class LeggedChain:
             walked = feet(machine, grid, angles, settings)
         solve = partial(self._traction, near=None if alike is None else self._start_of(alike))
         change_seen = velocity is not None and bool(np.isfinite(known.force_n).any())
-        scene = Scene(
-            machine, grid, settings, start.world, solve, change_seen, self._change
-        )  # fmt: skip
+        scene = Scene(machine, grid, settings, start.world, solve, change_seen, self._change)
         standing = self._stand(scene, walked, start.moving_B)
         load = standing.load_n
         if measured:
