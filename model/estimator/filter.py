@@ -71,6 +71,17 @@ class Estimator:
         settings: Noise and limits.
         names: What legs are called in reasons and remarks; by their number if empty.
 
+    Attributes:
+        settings: The same, as are the next two.
+        contact: The same.
+        weight_n: The same.
+        legs: N.
+        names: Of the legs.
+        size: Number of states n.
+        kalman: Predicts and corrects.
+        record: The settings as compiled code takes them.
+        sensor_walk: How an IMU's biases walk: variance a second, (3,).
+
     Raises:
         ModelError: Fewer than two legs, or a weight that is none.
     """
@@ -90,10 +101,10 @@ class Estimator:
         self.legs = len(contact.mu)
         self.names = names or tuple(f"leg {k + 1}" for k in range(self.legs))
         self.size = FIXED + 2 * self.legs
-        self._kalman = Kalman(self.size, FIXED, self.settings)
-        self._record = record_of(self.settings, weight_n)
+        self.kalman = Kalman(self.size, FIXED, self.settings)
+        self.record = record_of(self.settings, weight_n)
         tilt_walk = self.settings.tilt_bias_walk
-        self._sensor_walk = np.square([self.settings.gyro_bias_walk, tilt_walk, tilt_walk])
+        self.sensor_walk = np.square([self.settings.gyro_bias_walk, tilt_walk, tilt_walk])
         for module in (
             frame,
             frame_kernel,
@@ -174,25 +185,25 @@ class Estimator:
         held = held and not airborne
         model, companions, apart, step = None, state.companions, None, None
         if finite and not (held or airborne) and 0 < dt_s <= settings.longest_gap_s:
-            moment = Moment(dt_s, dead_legs, self._sensor_walk)
-            strode = stride(state, feet, self.contact, self._record, inputs.added, moment)
+            moment = Moment(dt_s, dead_legs, self.sensor_walk)
+            strode = stride(state, feet, self.contact, self.record, inputs.added, moment)
             if strode is not None:
                 model, companions, apart, step = strode
         elif finite:
-            model = neighbourhood(state.mean, feet, self.contact, self._record)
+            model = neighbourhood(state.mean, feet, self.contact, self.record)
             model = with_effects(model, inputs.added)
         serving = None if airborne else model
         if step is None:
             step = self._without_stride(state, serving, dt_s, trouble)
         if airborne:
             trouble.append("picked up: the feet carry nothing")
-        covariance = self._kalman.predict(state.covariance, step.transition, step.noise)
+        covariance = self.kalman.predict(state.covariance, step.transition, step.noise)
         if held:
             _close_books(covariance)
         if _has_place(inputs):  # what lies between the companions is then corrected as all the rest
             covariance[POSE, POSE] += companions.pose_covariance
             companions = companions.gathered()
-        loaded, share = senses.expect(state, model, heard, self._record, airborne=airborne)
+        loaded, share = senses.expect(state, model, heard, self.record, airborne=airborne)
         # the model was solved at the parameters that the prediction leaves as they are
         answer = None if held else serving
         # no one knows what a robot in the hand would do, nor expects anything of one that stands
@@ -209,13 +220,13 @@ class Estimator:
         shaking = vibration.learn(state, inputs, feet, heard, turn, settings)
         shake = NO_SHAKE
         if answer is not None:
-            shake = vibration.variance(shaking, answer, feet, self._record)
+            shake = vibration.variance(shaking, answer, feet, self.record)
         measured = self._others(step.mean, inputs, answer, shake)
         if answer is not None and heard.use:
-            doubt = measure.doubt_of(share, state.expected, dt_s, apart, self._record)
+            doubt = measure.doubt_of(share, state.expected, dt_s, apart, self.record)
             forces = measure.feet_stack(
                 measure.Belief(step.mean, covariance, doubt), heard.share, feet,
-                loaded & ~dead if dead_legs else loaded, answer, self.contact.mu, self._record,
+                loaded & ~dead if dead_legs else loaded, answer, self.contact.mu, self.record,
             )  # fmt: skip
             measured.insert(0, forces)
         used = self._correct(step.mean, covariance, measured, state, t_ns)
@@ -240,7 +251,7 @@ class Estimator:
             Observed(feet, heard, share), Answered(
                 model if model is not None else no_answer(self.legs), companions.pose_covariance, shake
             ),
-            self.contact, self._record, airborne=airborne,
+            self.contact, self.record, airborne=airborne,
         )  # fmt: skip
         force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
         answered = serving is not None or state.answer_ns == NEVER
@@ -298,7 +309,7 @@ class Estimator:
             step = process.carried(mean, settings, dt_s)
         else:
             step = process.standing(mean, settings)
-        step.noise[SENSOR_BIASES, SENSOR_BIASES] += self._sensor_walk * abs(dt_s)
+        step.noise[SENSOR_BIASES, SENSOR_BIASES] += self.sensor_walk * abs(dt_s)
         return step
 
     def _correct(
@@ -311,14 +322,14 @@ class Estimator:
     ) -> Updated:
         """Use what passes its gate."""
         if not measured:
-            return self._kalman.update(mean, covariance, None, state.rejected, state.sources, t_ns)
+            return self.kalman.update(mean, covariance, None, state.rejected, state.sources, t_ns)
         if state.rejected[ABSOLUTE, 0] >= self.settings.reject_limit:
             for part in measured:
                 if part.blocks[0, 1] == ABSOLUTE:
                     # it keeps saying that we are elsewhere: then that is how little we know
                     elsewhere = part.innovation[:, None] ** 2 * part.rows
                     covariance = covariance + part.rows.T @ elsewhere
-        return self._kalman.update(
+        return self.kalman.update(
             mean, covariance, measure.stacked(measured), state.rejected, state.sources, t_ns
         )
 

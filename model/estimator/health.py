@@ -6,12 +6,12 @@ does not agree with the measurements, though the covariance covers it.
 """
 
 from collections.abc import Iterator, Sequence
-from math import atan, cos, degrees, hypot, log, sin, sqrt
+from math import atan, cos, degrees, hypot, inf, log, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import compile_for, compiled, given, in_place
+from model.compiled import compile_for, compiled, given, in_place, out
 from model.estimator.settings import EstimatorSettings
 from model.estimator.shaft_zeros import NO_LEG
 from model.estimator.sources import FORCE, GYRO, LOAD, TILT
@@ -30,8 +30,8 @@ UNKNOWN = readonly(np.zeros(4))  # mean of all forces before the first record
 ENOUGH = 100.0  # records of all forces before something is said of their mean
 # Mean normalised innovation squared of a source beyond which its noise, or the model, is not as the
 # settings say. Robots within the tolerances stay below (docs/odometry.md).
-USUAL = {LOAD: 1.5, FORCE: 3.0, GYRO: 1.2, TILT: 3.0}
-DEGRADED = {LOAD: 3.0, FORCE: 6.0, GYRO: 2.0, TILT: 6.0}
+USUAL = (1.5, 3.0, inf, 1.2, 3.0)  # by source
+DEGRADED = (3.0, 6.0, inf, 2.0, 6.0)
 MOST_STRAIN = 100.0
 LEAST_SLOPE = 0.03  # of the horizontal force to the vertical, which is that of the ground
 WEIGHT_SHARE = 0.1  # of the weight that may be missing, or too much
@@ -91,15 +91,35 @@ def balance_kernel(
 
 def strain(sources: SourceMemory) -> FloatArray:
     """Variance of the noise of vx, vy, yaw rate over that of the settings, as innovations ask for, (3,)."""
-    misfit = sources.misfit.tolist()
+    asked = np.empty(3)
+    strain_kernel(sources.misfit, asked)
+    return readonly(asked)
+
+
+@in_place
+@compiled
+def strain_kernel(misfit: FloatArray, asked: FloatArray) -> None:
+    """Fill what ``strain`` returns, (3,), from ``SourceMemory.misfit``, (S,)."""
     both = max(1.0, misfit[LOAD] / USUAL[LOAD], misfit[FORCE] / USUAL[FORCE])
     turn = max(both, misfit[GYRO] / USUAL[GYRO])
-    both, turn = min(both, MOST_STRAIN), min(turn, MOST_STRAIN)
-    return readonly(np.array([both, both, turn]))
+    asked[0] = asked[1] = min(both, MOST_STRAIN)
+    asked[2] = min(turn, MOST_STRAIN)
+
+
+@in_place
+@compiled
+def contradicts_kernel(misfit: FloatArray) -> bool:
+    """Whether a source does not agree with the model, by ``SourceMemory.misfit``, (S,)."""
+    beyond = False
+    for kind in (LOAD, FORCE, GYRO, TILT):
+        beyond = beyond or misfit[kind] > DEGRADED[kind]
+    return beyond
 
 
 def contradictions(sources: SourceMemory, names: Sequence[str]) -> Iterator[str]:
     """Say which sources do not agree with the model, and where most."""
+    if not contradicts_kernel(sources.misfit):
+        return
     legs = len(names)
     misfit = sources.misfit.tolist()
     if misfit[LOAD] > DEGRADED[LOAD]:
@@ -192,6 +212,8 @@ def notable_kernel(mean: FloatArray, balance: FloatArray, bias: FloatArray) -> b
 def prepare() -> None:
     """Load or make the machine code now, so that no tick has to wait for it."""
     compile_for(notable_kernel, *given(1, 1, 1))
+    compile_for(strain_kernel, *given(1), *out(1))
+    compile_for(contradicts_kernel, *given(1))
 
 
 def _of_forces(forces: FloatArray) -> Iterator[str]:

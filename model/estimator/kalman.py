@@ -81,14 +81,18 @@ class Kalman:
         first_limited: Place of the first state that is limited; all after it are.
         settings: Rejections in a row after which a block is used with more noise, largest size of
             limited states, bounds of what is learned.
+
+    Attributes:
+        error: filterpy's filter; its state is the error of the mean.
+        no_error: That state before each step, (n,).
     """
 
     def __init__(self, size: int, first_limited: int, settings: EstimatorSettings) -> None:
         self._settings, self._first_limited = settings, first_limited
         self._record = record_of(settings, 1.0)
         self._reject_limit, self._limit = settings.reject_limit, settings.parameter_limit
-        self._filter = kalman_filter_class()(size, 1)
-        self._no_error = readonly(np.zeros(size))
+        self.error = kalman_filter_class()(size, 1)
+        self.no_error = readonly(np.zeros(size))
 
     def predict(
         self, covariance: FloatArray, transition: FloatArray, noise: FloatArray
@@ -100,8 +104,8 @@ class Kalman:
             transition: F, (n, n).
             noise: Q, (n, n).
         """
-        error = self._filter
-        error.x, error.P, error.F, error.Q = self._no_error, covariance, transition, noise
+        error = self.error
+        error.x, error.P, error.F, error.Q = self.no_error, covariance, transition, noise
         error.predict()
         return symmetric(error.P)
 
@@ -145,8 +149,8 @@ class Kalman:
         learned = source.closed(now)
         if not used:
             return _unused(mean, covariance, rejects, in_a_row, learned)
-        error = self._filter
-        error.x, error.P = self._no_error, covariance
+        error = self.error
+        error.x, error.P = self.no_error, covariance
         error.update(left[:used], noise[:used, :used], seen[:used])
         after, settled = np.empty(size), np.empty((size, size))
         settle_kernel(mean, error.x, error.P, self._first_limited, self._limit, after, settled)

@@ -42,6 +42,7 @@ def at_start(legs: int) -> SourceMemory:
     )
 
 
+@compiled
 def places_needed(legs: int) -> int:
     """How many numbers all sources can give at once: loads, forces, a pose, a gyro, two tilts."""
     return 3 * legs + AXES + 1 + 2

@@ -52,12 +52,12 @@ def agreed(
         What to remember, and the corrected speeds, (J,); NaN where the servo's own is.
     """
     if before is None:
-        return ShaftSpeeds(t_ns, angle_rad, rate_rad_s, _no_error(len(angle_rad))), rate_rad_s
+        return ShaftSpeeds(t_ns, angle_rad, rate_rad_s, no_error(len(angle_rad))), rate_rad_s
     dt_s = (t_ns - before.t_ns) * 1e-9
     if dt_s == 0.0:  # the same reading once more
         return before, rate_rad_s + before.error_rad_s
     if not SLOW_S <= dt_s <= LONGEST_S:
-        return ShaftSpeeds(t_ns, angle_rad, rate_rad_s, _no_error(len(angle_rad))), rate_rad_s
+        return ShaftSpeeds(t_ns, angle_rad, rate_rad_s, no_error(len(angle_rad))), rate_rad_s
     kept = np.exp(-dt_s / AGREE_S)
     expected = before.angle_rad + dt_s * (
         0.5 * (before.rate_rad_s + rate_rad_s) + before.error_rad_s
@@ -92,5 +92,6 @@ def agreed_over(t_ns: IntArray, angle_rad: FloatArray, rate_rad_s: FloatArray) -
 
 
 @cache
-def _no_error(joints: int) -> FloatArray:
+def no_error(joints: int) -> FloatArray:
+    """No error of any joint, (J,)."""
     return readonly(np.zeros(joints))

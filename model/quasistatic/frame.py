@@ -65,31 +65,28 @@ def solve_frame(feet: FootMotion, contact: ContactParameters, weight_n: float) -
     if contact.stiffness.shape != (count,) or contact.anisotropy.shape != (count, 2):
         raise ModelError(f"the contact parameters are not those of {count} legs")
     status, reason, numbers, loaded = _solved(feet, contact, weight_n)
-    return _solution(status, reason, readonly(numbers), readonly(loaded))
+    numbers.setflags(write=False)
+    slip_at, force_at = 6 + count, 6 + 3 * count
+    return _solution(
+        (status, reason), numbers[:3].tolist(), numbers[3:6], numbers[6:slip_at],
+        numbers[slip_at:force_at].reshape(count, 2), numbers[force_at:].reshape(count, 3),
+        readonly(loaded),
+    )  # fmt: skip
 
 
-def _solution(status: int, reason: int, numbers: FloatArray, loaded: BoolArray) -> ContactSolution:
+def _solution(
+    verdict: tuple[int, int], pose: list[float], velocity_B: FloatArray, load_n: FloatArray,  # noqa: N803
+    slip_B: FloatArray, force_B: FloatArray, loaded: BoolArray,  # noqa: N803
+) -> ContactSolution:  # fmt: skip
     """What ``frame_kernel`` returns and writes, as values."""
-    count, words = len(loaded), WORDS[reason]
-    slope_x, slope_y, height = numbers[:3].tolist()
+    status, reason = verdict
+    words, (slope_x, slope_y, height) = WORDS[reason], pose
+    carried = status >= 0
     support = Support(
-        status >= 0,
-        "" if status >= 0 else words,
-        height,
-        slope_x,
-        slope_y,
-        numbers[6 : 6 + count],
-        loaded,
-        max(status, 0),
+        carried, "" if carried else words, height, slope_x, slope_y, load_n, loaded, max(status, 0)
     )
-    traction = Traction(
-        reason == 0,
-        words if status >= 0 else f"no support: {words}",
-        numbers[3:6],
-        numbers[6 + count : 6 + 3 * count].reshape(count, 2),
-        numbers[6 + 3 * count :].reshape(count, 3),
-    )
-    return ContactSolution(support, traction)
+    why = words if carried else f"no support: {words}"
+    return ContactSolution(support, Traction(reason == 0, why, velocity_B, slip_B, force_B))
 
 
 def solve_frames_in_order(
@@ -99,10 +96,13 @@ def solve_frames_in_order(
     numbers, loaded, verdicts = _frames(feet, contact, weight_n)
     readonly(numbers)
     readonly(loaded)
-    return [
-        _solution(status, reason, own, feet_down)
-        for (status, reason), own, feet_down in zip(verdicts.tolist(), numbers, loaded, strict=True)
-    ]
+    frames, count = loaded.shape
+    slip_at, force_at = 6 + count, 6 + 3 * count
+    return list(map(
+        _solution, verdicts.tolist(), numbers[:, :3].tolist(), numbers[:, 3:6], numbers[:, 6:slip_at],
+        numbers[:, slip_at:force_at].reshape(frames, count, 2),
+        numbers[:, force_at:].reshape(frames, count, 3), loaded,
+    ))  # fmt: skip
 
 
 class WalkSolution(NamedTuple):

@@ -155,6 +155,7 @@ class SensedTick:
     imu: tuple[ImuRecord, ...] = ()
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class Tick:
     """One row of the log: the raw inputs, every stage's output, the verdict and the faults.

@@ -6,7 +6,7 @@ one row, and of a covariance only the lower half, row by row, is kept.
 
 from collections.abc import Iterator, Sequence
 from operator import attrgetter
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,28 +101,71 @@ def one_behind_the_other(values: Sequence[Any]) -> NDArray[Any]:
         return np.concatenate(values, axis=None)
 
 
-def estimate_columns(
-    estimates: Sequence[Estimate],
-) -> Iterator[tuple[str, NDArray[Any] | list[str]]]:
-    """Yield the fields of estimates as ``write_estimate`` writes them, by their names in the message.
+class EstimateFields(Protocol):
+    """Fields of B estimates of one robot, each in all of them at once."""
+
+    def __len__(self) -> int:
+        """B."""
+        ...
+
+    def column(self, name: str) -> NDArray[Any]:
+        """Return a field in numbers, (B, ...); its names are those of ``Estimate``."""
+        ...
+
+    def texts(self, name: str) -> list[str]:
+        """Return a text of each."""
+        ...
+
+    def healths(self) -> list[Health]:
+        """Return the verdict in each."""
+        ...
+
+
+class ListedEstimates:
+    """Fields of estimates that are there one by one.
 
     Args:
-        estimates: B estimates of one robot.
+        estimates: At least one, all of one robot.
+    """
+
+    def __init__(self, estimates: Sequence[Estimate]) -> None:
+        self._estimates = estimates
+
+    def __len__(self) -> int:
+        return len(self._estimates)
+
+    def column(self, name: str) -> NDArray[Any]:
+        """As in ``EstimateFields``."""
+        values = list(map(attrgetter(name), self._estimates))
+        return one_behind_the_other(values).reshape(len(values), *np.shape(values[0]))
+
+    def texts(self, name: str) -> list[str]:
+        """As in ``EstimateFields``."""
+        return list(map(attrgetter(name), self._estimates))
+
+    def healths(self) -> list[Health]:
+        """As in ``EstimateFields``."""
+        return [one.health for one in self._estimates]
+
+
+def estimate_columns(of: EstimateFields) -> Iterator[tuple[str, NDArray[Any] | list[str]]]:
+    """Yield the fields of B estimates as ``write_estimate`` writes them, by their names in the message.
+
+    Args:
+        of: The estimates.
 
     Yields:
         Name, and numbers with a row for each estimate, (B, ...), or texts.
     """
-    count = len(estimates)
+    count = len(of)
 
     def together(name: str) -> NDArray[Any]:
-        return one_behind_the_other(list(map(attrgetter(name), estimates))).reshape(count, -1)
+        return of.column(name).reshape(count, -1)
 
-    def single(name: str) -> NDArray[Any]:
-        return np.array(list(map(attrgetter(name), estimates)))
-
+    single = of.column
     yield "t_ns", single("t_ns")
-    yield "health", np.array([HEALTHS.index(one.health) for one in estimates])
-    yield "reason", [one.reason for one in estimates]
+    yield "health", np.array([HEALTHS.index(one) for one in of.healths()])
+    yield "reason", of.texts("reason")
     for name in ("holding", "nis_dof", "rejects"):
         yield name, single(name)
     planar = np.empty((count, 15))
@@ -142,7 +185,7 @@ def estimate_columns(
         yield name, together(name)
     yield "gyro_bias", single("gyro_bias_rad_s")
     yield "gyro_bias_sd", single("gyro_bias_sd")
-    yield "remark", [one.remark for one in estimates]
+    yield "remark", of.texts("remark")
     for name in ("source_nis", "source_dof", "noise_scale"):
         yield name, together(name)
 

@@ -13,6 +13,7 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
 from model.errors import RecordError
 from model.values.machine_names import MachineNames
+from model.values.quick import quick
 from model.values.tick import Tick
 from model.values.wire import WireBytes
 from record.log.damage import Damage, Pass, damage_words
@@ -105,6 +106,7 @@ class StampedTick:
     tick: Tick
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class TopicMessage:
     """One message of a log as it is in the file.

@@ -18,6 +18,7 @@ from model.values.contact import ContactSolution, Support, Traction
 from model.values.estimate import Estimate
 from model.values.faults import Fault, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
+from model.values.quick import quick
 from model.values.readings import (
     BodyTruth,
     ForceRecord,
@@ -334,6 +335,7 @@ def estimates_the_same(estimate: Estimate, message: bytes, begin: int) -> bool:
     return w.done() == message[len(HEADER) + begin :]
 
 
+@quick
 @dataclass(frozen=True, slots=True, eq=False)
 class TickInputs:
     """The part of a tick message that a replay begins from.

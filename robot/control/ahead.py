@@ -35,7 +35,7 @@ class Ahead(NamedTuple):
         times_ns: Of ``Senses``.
         angles_rad: Of ``Senses``.
         feet: Unloaded feet, with speeds from the latest angles.
-        servo_feet: The same with the servos' own speeds.
+        servo_feet: The same with the servos' own speeds; None where nobody wants them.
         contact: The model's answer.
         goals: What the plan before the block wants; None if that is not known.
     """
@@ -46,7 +46,7 @@ class Ahead(NamedTuple):
     times_ns: IntArray
     angles_rad: FloatArray
     feet: FootMotion
-    servo_feet: FootMotion
+    servo_feet: FootMotion | None
     contact: ContactSolution
     goals: Goals | None
 
@@ -60,6 +60,7 @@ class LookAhead:
         weight_n: The robot's weight [N].
         bus: How servos are mounted.
         scales: Calibration of the forces.
+        servo_feet: Whether feet are wanted with the servos' own speeds, too.
     """
 
     def __init__(
@@ -69,12 +70,15 @@ class LookAhead:
         weight_n: float,
         bus: ServoBusSettings,
         scales: ForceScales,
+        *,
+        servo_feet: bool,
     ) -> None:
         self._kinematics = kinematics
         self._contact = contact
         self._weight_n = weight_n
         self._bus = bus
         self._scales = scales
+        self._servo_feet = servo_feet
 
     def of(
         self, before: Senses, first_ns: int | None, inputs: Sequence[Inputs], goals: Sequence[Goals]
@@ -108,9 +112,11 @@ class LookAhead:
         rates = latest_rates(times_ns, angles_rad, window)
         feet = self._kinematics.feet(angles_rad[window - 1 :], rates)
         contacts = solve_frames_in_order(feet, self._contact, self._weight_n)
-        own = self._kinematics.feet(
-            angles_rad[window - 1 :], np.array([one.rate_rad_s for one in joints])
-        )
+        own: list[FootMotion | None] = [None] * count
+        if self._servo_feet:
+            rates_rad_s = np.array([one.rate_rad_s for one in joints])
+            both = self._kinematics.feet(angles_rad[window - 1 :], rates_rad_s)
+            own = list(map(FootMotion, both.position_m, both.velocity_m_s))
         forces = self._scales.of_newest([one.forces for one in inputs])
         shafts = [before.joints, *joints]
         return [
@@ -118,7 +124,7 @@ class LookAhead:
                 shafts[k], shafts[k + 1], forces[k], times_ns[k : k + window],
                 angles_rad[k : k + window],
                 FootMotion(feet.position_m[k], feet.velocity_m_s[k]),
-                FootMotion(own.position_m[k], own.velocity_m_s[k]), contacts[k],
+                own[k], contacts[k],
                 goals[k] if goals else None,
             )
             for k in range(count)

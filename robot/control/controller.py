@@ -104,8 +104,9 @@ class Controller:
         self._ahead: LookAhead | None = None
         if self._effects is None and isinstance(self._kinematics, OneShaftKinematics):
             self._ahead = LookAhead(
-                self._kinematics, robot.contact, self._weight_n, config.servo_bus, self._scales
-            )
+                self._kinematics, robot.contact, self._weight_n, config.servo_bus, self._scales,
+                servo_feet=config.estimator.enabled and estimate,
+            )  # fmt: skip
         self._estimator: EstimatorStage | None = None
         if config.estimator.enabled and estimate:
             self._estimator = estimator_stage(config, self._kinematics)

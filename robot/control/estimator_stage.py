@@ -3,16 +3,13 @@
 Pure like the step it belongs to: all that it remembers goes in and comes out.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from model.errors import ConfigError
 from model.estimator.filter import Estimator
 from model.estimator.history import EstimatorMemory, LateSample, advance, use_late
-from model.kinematics.legs import LegKinematics, leg_kinematics
-from model.kinematics.one_shaft import OneShaftKinematics
+from model.kinematics.legs import LegKinematics
 from model.motion import shaft_speed
 from model.motion.se2 import aligning, compose, yaw_of
 from model.motion.shaft_speed import ShaftSpeeds
@@ -22,7 +19,6 @@ from model.values.gravity import STANDARD_GRAVITY
 from model.values.legs import FootForces, FootMotion, JointState
 from model.values.parameters import RobotParameters
 from model.values.readings import ImuRecord, PoseRecord
-from model.values.tick import SensedTick
 from robot.config.estimator import EstimatorConfig
 from robot.config.imu import NO_IMU, ImuConfig
 from robot.config.robot_file import RobotConfig
@@ -59,6 +55,9 @@ class EstimatorStage:
         kinematics: Joints to feet.
         effects: What the robot file's effects add, None without any.
         imu: How the IMU is mounted.
+
+    Attributes:
+        memory_s: How late a pose may be [s].
     """
 
     def __init__(
@@ -70,13 +69,18 @@ class EstimatorStage:
         imu: ImuConfig = NO_IMU,
     ) -> None:
         self._imu = MountedImu(imu)
-        self._memory_s = config.memory
+        self.memory_s = config.memory
         self._kinematics = kinematics
         self._effects = effects
         weight_n = robot.body.mass * STANDARD_GRAVITY
         if effects is not None:
             weight_n = effects.weight_n
         self._estimator = Estimator(robot.contact, weight_n, config.settings, robot.legs.names)
+
+    @property
+    def filter_alone(self) -> Estimator | None:
+        """The filter, where nothing of the robot file stands between it and what is sensed."""
+        return self._estimator if self._effects is None else None
 
     def initial(self) -> StageMemory:
         """Return the memory before the first tick."""
@@ -133,7 +137,7 @@ class EstimatorStage:
                     pose_sd_m=newest.pose_sd_m,
                     yaw_sd_rad=newest.yaw_sd_rad,
                 )
-        after, estimate = advance(self._estimator, before, inputs, self._memory_s)
+        after, estimate = advance(self._estimator, before, inputs, self.memory_s)
         return StageMemory(after, alignment, effects, speeds), estimate
 
     def _sorted(
@@ -172,60 +176,6 @@ def estimator_stage(config: RobotConfig, kinematics: LegKinematics) -> Estimator
         effects = EffectsBeside(config, config.estimator.settings.law)
         effects.prepare()
     return EstimatorStage(config.parameters, config.estimator, kinematics, effects, config.imu)
-
-
-class TickEstimator:
-    """The stage over ticks that are there already, such as those of a log, one after the other.
-
-    Args:
-        config: Robot file.
-    """
-
-    def __init__(self, config: RobotConfig) -> None:
-        self._names = config.parameters.names
-        self._sizes = len(self._names.legs), len(self._names.joints)
-        self._kinematics = leg_kinematics(config.parameters)
-        self._stage = estimator_stage(config, self._kinematics)
-        self.memory = self._stage.initial()
-
-    def feet_of(self, ticks: Sequence[SensedTick]) -> Sequence[FootMotion | None]:
-        """Return the feet of many ticks at once, the same as of each; None where it is not certain."""
-        angles = [tick.joints.angle_rad for tick in ticks]
-        usual = all(len(angle_rad) == self._sizes[1] for angle_rad in angles)
-        if not (ticks and usual and isinstance(self._kinematics, OneShaftKinematics)):
-            return [None] * len(ticks)
-        rates = np.array([tick.joints.rate_rad_s for tick in ticks])
-        feet = self._kinematics.feet(np.array(angles), rates)
-        return list(map(FootMotion, feet.position_m, feet.velocity_m_s))
-
-    def step(self, tick: SensedTick, feet: FootMotion | None = None) -> Estimate:
-        """Advance by a tick.
-
-        Args:
-            tick: The tick.
-            feet: Of ``feet_of``, if they are known already.
-
-        Raises:
-            ConfigError: The robot has other legs or joints than the tick.
-        """
-        sizes = len(tick.forces.force_n), len(tick.joints.angle_rad)
-        if sizes != self._sizes:
-            self._check(*sizes)
-        self.memory, estimate = self._stage.step(
-            self.memory, tick.t_ns, tick.joints, tick.forces, tick.poses, tick.imu, feet
-        )
-        return estimate
-
-    def _check(self, legs: int, joints: int) -> None:
-        names = self._names
-        if legs == joints == len(names.joints) > len(names.legs):
-            words = f"has {len(names.legs)} legs, and the log was imported without it, so that each joint"
-            hint = "passes for a leg; name it in the map, [trial] robot, and import again"
-            raise ConfigError("--robot", f"{words} {hint}")
-        for word, own, there in (("legs", names.legs, legs), ("joints", names.joints, joints)):
-            if len(own) != there:
-                words = f"has {len(own)} {word}, the log {there}; choose another file"
-                raise ConfigError("--robot", words)
 
 
 def planar(record: PoseRecord) -> FloatArray:

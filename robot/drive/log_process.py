@@ -24,8 +24,8 @@ from record.log.tick_message import TickEncoder, decode_tick
 from record.log.writer import UNENCODABLE, LogWriter
 from robot.config.robot_file import RobotConfig
 from robot.console.processes import cores
-from robot.control.estimator_stage import TickEstimator
 from robot.control.state_bytes import bytes_of_state, state_of_bytes
+from robot.control.tick_estimator import TickEstimator
 from robot.run.loop import Observer
 
 # Ticks that go over together: few enough that the view is up to date, enough that sending costs nothing.

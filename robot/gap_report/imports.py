@@ -30,7 +30,7 @@ from robot.console.json_output import json_text, print_result
 from robot.console.program_output import complain
 from robot.console.progress import ProgressBar
 from robot.console.table import row_lines
-from robot.control.estimator_stage import TickEstimator
+from robot.control.tick_estimator import TickEstimator
 from robot.gap_report.abilities import (
     NO_ROBOT,
     Ability,

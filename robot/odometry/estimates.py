@@ -2,16 +2,18 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import fields
-from operator import attrgetter
 from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
+from model.estimator.block.columns import column
+from model.estimator.block.places import Wording
+from model.estimator.block.run import EstimatedBlock
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Estimate, Health
 from record.growing_array import GrowingTable
-from record.log.estimate_message import HEALTHS, one_behind_the_other
+from record.log.estimate_message import HEALTHS, ListedEstimates
 
 BLOCK = 128  # rows
 HEALTH, TEXTS = "health", ("reason", "remark")
@@ -114,6 +116,15 @@ class EstimateColumns:
         if len(self._block) == BLOCK:
             self._end_block()
 
+    def add_block(self, block: EstimatedBlock) -> None:
+        """Add the estimates of the ticks of a block."""
+        self._end_block()
+        words = block.words()
+        rows: Columns = self._codes_of(words)
+        rows[HEALTH] = np.array([HEALTHS.index(one.health) for one in words])
+        numbers = [name for name in NAMES if name not in rows]
+        self._full.extend(rows | {name: column(block, name) for name in numbers})
+
     def extend(self, more: EstimateSeries) -> None:
         """Add the estimates of the next ticks."""
         self._end_block()
@@ -132,20 +143,23 @@ class EstimateColumns:
 
     def _end_block(self) -> None:
         if self._block:
-            # in the order of ticks, as texts are numbered by when they are met
-            codes: dict[str, list[int]] = {name: [] for name in TEXTS}
-            for estimate in self._block:
-                for name in TEXTS:
-                    codes[name].append(self._code(getattr(estimate, name)))
-            self._full.extend({name: self._column(name, codes) for name in NAMES})
+            codes = self._codes_of(self._block)
+            numbers = [name for name in NAMES if name not in codes]
+            self._full.extend(codes | {name: self._column(name) for name in numbers})
         self._block = []
 
-    def _column(self, name: str, codes: dict[str, list[int]]) -> NDArray[Any]:
-        """A field of the block, (B, ...)."""
-        if name in codes:
-            return np.array(codes[name], dtype=np.int64)
-        values = list(map(attrgetter(name), self._block))
+    def _codes_of(self, words: Sequence[Estimate] | Sequence[Wording]) -> Columns:
+        """The numbers of the texts of ticks in a row, by when a text is met."""
+        codes: dict[str, list[int]] = {name: [] for name in TEXTS}
+        for one in words:
+            for name in TEXTS:
+                codes[name].append(self._code(getattr(one, name)))
+        return {name: np.array(of, dtype=np.int64) for name, of in codes.items()}
+
+    def _column(self, name: str) -> NDArray[Any]:
+        """A field of the block in numbers, (B, ...)."""
+        listed = ListedEstimates(self._block)
         if name == HEALTH:
-            return np.array([HEALTHS.index(value) for value in values], dtype=np.int64)
-        column = one_behind_the_other(values).reshape(len(values), *np.shape(values[0]))
-        return column.astype(np.float64, copy=False) if name in REAL else column
+            return np.array([HEALTHS.index(one) for one in listed.healths()], dtype=np.int64)
+        values = listed.column(name)
+        return values.astype(np.float64, copy=False) if name in REAL else values

@@ -129,7 +129,7 @@ def track_stretch(task: TrackTask) -> TrackedStretch | None:
 
 
 def _track_stretch(task: TrackTask) -> TrackedStretch:
-    stretch, tracker = task.stretch, Tracker(_robot(task.config_text))
+    stretch, tracker = task.stretch, Tracker(_robot(task.config_text), blocks=True)
     if stretch.before is not None:
         memory = estimator_of_bytes(stretch.before)
         if memory is None:

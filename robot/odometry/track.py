@@ -10,6 +10,8 @@ import numpy as np
 
 from drivers.ati.foot_forces import no_forces
 from model.errors import ModelError
+from model.estimator.block.places import ANCHORED, FAR_POSES, REJECTED
+from model.estimator.block.run import EstimatedBlock
 from model.estimator.sources import ABSOLUTE
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.estimate import Estimate, EstimatorState, paired_covariance
@@ -19,7 +21,8 @@ from record.log.blocks.read import read_log
 from record.log.reader import LogContents, StampedTick
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
-from robot.control.estimator_stage import StageMemory, TickEstimator
+from robot.control.estimator_stage import StageMemory
+from robot.control.tick_estimator import SingleTick, TickEstimator
 from robot.odometry.estimates import EstimateColumns, EstimateSeries
 from robot.odometry.request import believed_robot
 from robot.requests.recorded import OdomRequest
@@ -132,9 +135,10 @@ class Tracker:
         no_forces: bool = False,
         no_imu: bool = False,
         keep_states: bool = False,
+        blocks: bool = False,
     ) -> None:
         self.config = config
-        self._estimator = TickEstimator(config)
+        self._estimator = TickEstimator(config, blocks=blocks and not keep_states)
         self._no_forces, self._no_imu = no_forces, no_imu
         self._keep_states = keep_states
         self._unix_ns: list[int] = []
@@ -158,38 +162,62 @@ class Tracker:
 
         Args:
             tick: The tick.
-            feet: Of ``TickEstimator.feet_of``, if they are known.
+            feet: Its feet, with the servos' own speeds, if they are known.
 
         Raises:
             ConfigError: The robot has other legs than the tick.
         """
+        return self._estimator.step(self._shown(tick), feet)
+
+    def take_block(self, unix_ns: Sequence[int], ticks: Sequence[SensedTick]) -> None:
+        """Advance by ticks that were at UNIX times, and keep the estimates: as ``take``."""
+        self._unix_ns += unix_ns
+        began = time.perf_counter_ns()
+        for part in self._estimator.through([self._shown(tick) for tick in ticks]):
+            count = 1
+            if isinstance(part, SingleTick):
+                self._keep(part)
+            else:
+                count = len(part)
+                self._keep_block(part.block)
+            ended = time.perf_counter_ns()
+            self._step_us += [(ended - began) / (1e3 * count)] * count
+            began = ended
+
+    def take(self, unix_ns: int, tick: SensedTick, feet: FootMotion | None = None) -> None:
+        """Advance by a tick that was at a UNIX time, and keep the estimate."""
+        before = self._estimator.memory
+        began = time.perf_counter_ns()
+        estimate = self.step(tick, feet)
+        self._step_us.append((time.perf_counter_ns() - began) / 1e3)
+        self._unix_ns.append(unix_ns)
+        self._keep(SingleTick(before, self._estimator.memory, estimate))
+
+    def _shown(self, tick: SensedTick) -> SensedTick:
+        """What of a tick the estimator may know."""
         if self._no_forces:
             tick = replace(tick, forces=no_forces(len(tick.forces.force_n)))
         if self._no_imu and tick.imu:
             tick = replace(tick, imu=())
-        return self._estimator.step(tick, feet)
+        return tick
 
-    def take_block(self, unix_ns: Sequence[int], ticks: Sequence[SensedTick]) -> None:
-        """Advance by ticks that were at UNIX times, and keep the estimates: as ``take``."""
-        for now_ns, tick, feet in zip(unix_ns, ticks, self._estimator.feet_of(ticks), strict=True):
-            self.take(now_ns, tick, feet)
-
-    def take(self, unix_ns: int, tick: SensedTick, feet: FootMotion | None = None) -> None:
-        """Advance by a tick that was at a UNIX time, and keep the estimate."""
-        before = self._estimator.memory.estimator.state
-        began = time.perf_counter_ns()
-        estimate = self.step(tick, feet)
-        self._step_us.append((time.perf_counter_ns() - began) / 1e3)
-        self._estimates.add(estimate)
-        self._unix_ns.append(unix_ns)
-        after = self._estimator.memory.estimator.state
-        self._rejections.append(_rejected(before, after))
-        self._anchored.append(after.anchored)
+    def _keep(self, tick: SingleTick) -> None:
+        self._estimates.add(tick.estimate)
+        memory = tick.after.estimator
+        self._rejections.append(_rejected(tick.before.estimator.state, memory.state))
+        self._anchored.append(memory.state.anchored)
         if self._keep_states:
-            memory = self._estimator.memory.estimator
             # a late pose changes the states of the moments before, too
             newest = [*(state for state, _ in memory.ticks[1:]), memory.state]
             self._states[len(self._states) + 1 - len(newest) :] = newest
+
+    def _keep_block(self, block: EstimatedBlock) -> None:
+        self._estimates.add_block(block)
+        rejected, far = block.rows.wholes(REJECTED), block.rows.wholes(FAR_POSES)
+        more: BoolArray = rejected[1:] > rejected[:-1]
+        more[:, ABSOLUTE, 0] |= far[1:] > far[:-1]
+        self._rejections += list(more)
+        self._anchored += block.rows.all_flags(ANCHORED)[1:].tolist()
 
     def track(self) -> Track:
         """Return the estimates so far.

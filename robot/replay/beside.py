@@ -20,7 +20,7 @@ from record.log.reader import LogContents, read_tick_messages
 from record.log.salvage import DAMAGE
 from record.log.tick_message import decode_tick, estimates_the_same
 from robot.config.robot_file import RobotConfig
-from robot.control.estimator_stage import TickEstimator
+from robot.control.tick_estimator import TickEstimator
 
 BLOCK_TICKS = 256
 

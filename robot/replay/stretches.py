@@ -6,19 +6,22 @@ concluded from it: the log is then replayed tick by tick.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 
 from model.errors import BigantError
+from model.values.estimate import Estimate
 from record.log.reader import LogContents
 from record.log.salvage import DAMAGE
 from record.log.stretches import Stretch, find_stretches, read_stretch
 from robot.console.stretch_pool import DifferentError, in_stretches
 from robot.control.controller import Controller
 from robot.control.state_bytes import bytes_of_state, state_of_bytes
+from robot.control.tick_estimator import TickEstimator
 from robot.replay.blocks import step_in_blocks
+from robot.replay.estimated import estimates_as_recorded
 from robot.run.rebuilt import RecordedRun, rebuild_controller, recorded_run
 
 Texts = tuple[tuple[str, str], ...]
@@ -110,14 +113,22 @@ def replay_stretch(task: StretchTask) -> StretchDone | None:
 def _replay_stretch(task: StretchTask) -> StretchDone:
     path, stretch = task.path, task.stretch
     controller = _controller(task.config_text, task.metadata, task.gait)
+    estimator = TickEstimator(controller.config, blocks=True)
     state = controller.initial()
     if stretch.before is not None:
         state = state_of_bytes(stretch.before, controller.book.gaits)
+        if state.estimates.estimator is None:
+            raise DifferentError
+        estimator.memory = state.estimates.estimator
     first_ns, now_ns, index = -1, -1, stretch.begin
     contents = LogContents(task.config_text, MappingProxyType(dict(task.metadata)))
     messages, gaps = read_stretch(path, contents, stretch), list[str]()
+    newest: Estimate | None = None
     for block in step_in_blocks(path, messages, controller, gaps, state, index):
-        if gaps or not all(block.same()):
+        if gaps or not all(block.same(estimate=False)):
+            raise DifferentError
+        newest = estimates_as_recorded(block, estimator)
+        if newest is None:
             raise DifferentError
         first_ns = first_ns if index > stretch.begin else block.ticks[0].t_ns
         now_ns, state = block.ticks[-1].t_ns, block.state
@@ -125,6 +136,8 @@ def _replay_stretch(task: StretchTask) -> StretchDone:
     if gaps:
         raise DifferentError
     whole = index == stretch.end if stretch.end is not None else index > stretch.begin
+    estimates = replace(state.estimates, estimate=newest, estimator=estimator.memory)
+    state = replace(state, estimates=estimates)
     ends_alike = stretch.after is None or bytes_of_state(state) == stretch.after
     if contents.damages or not (whole and ends_alike):
         raise DifferentError
@@ -133,9 +146,9 @@ def _replay_stretch(task: StretchTask) -> StretchDone:
 
 @cache
 def _controller(config_text: str, metadata: Texts, gait: str | None) -> Controller:
-    """The controller of a log, built once in a process."""
+    """The controller of a log without its estimator, built once in a process."""
     known: Mapping[str, str] = MappingProxyType(dict(metadata))
-    rebuilt = rebuild_controller(LogContents(config_text, known), None, gait)
+    rebuilt = rebuild_controller(LogContents(config_text, known), None, gait, estimate=False)
     if not (rebuilt.run.forces_known and rebuilt.controller.config.estimator.enabled):
         raise DifferentError
     return rebuilt.controller

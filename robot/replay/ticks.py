@@ -25,7 +25,7 @@ from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says
 from robot.config.robot_file import RobotConfig
 from robot.console.processes import worth_processes
 from robot.control.controller import Controller
-from robot.control.estimator_stage import TickEstimator
+from robot.control.tick_estimator import TickEstimator
 from robot.replay.beside import estimator_beside
 from robot.replay.blocks import step_in_blocks
 from robot.replay.compare import ComparedRun, Comparison

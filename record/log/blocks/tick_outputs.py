@@ -12,11 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.values.arrays import BoolArray
-from model.values.estimate import Estimate
 from model.values.tick import Tick
 from record.log.blocks.message_form import Columns, FieldPlace
 from record.log.cdr import HEADER
-from record.log.estimate_message import estimate_columns, one_behind_the_other
+from record.log.estimate_message import (
+    EstimateFields,
+    ListedEstimates,
+    estimate_columns,
+    one_behind_the_other,
+)
 from record.log.tick_message import OUTPUT_PLACES
 
 _OUTPUTS = tuple((name, attrgetter(where)) for name, where in OUTPUT_PLACES.items())
@@ -88,7 +92,7 @@ def same_outputs(recorded: Columns, ticks: Sequence[Tick], *, estimate: bool = T
     lay("stop_reason", np.array([tick.stop_reason.value for tick in ticks]))
     end = len(HEADER) + form.begins["faults"] + NOTHING_BEHIND
     if estimate and estimates:
-        lay_estimates(lay, texts, estimates)
+        lay_estimates(lay, texts, ListedEstimates(estimates))
         end = form.size
     begin = form.places["joints_t_ns"].at
     codes = [form.places[name].at for name in ("mode", "stop_reason")]
@@ -101,7 +105,7 @@ def same_outputs(recorded: Columns, ticks: Sequence[Tick], *, estimate: bool = T
     return same
 
 
-def same_estimates(recorded: Columns, estimates: Sequence[Estimate]) -> BoolArray:
+def same_estimates(recorded: Columns, estimates: EstimateFields) -> BoolArray:
     """Which estimates are certainly as recorded, (B,).
 
     Args:
@@ -123,7 +127,7 @@ def same_estimates(recorded: Columns, estimates: Sequence[Estimate]) -> BoolArra
 def lay_estimates(
     lay: Callable[[str, NDArray[Any]], None],
     texts: Callable[[str, Iterable[str]], None],
-    estimates: Sequence[Estimate],
+    estimates: EstimateFields,
 ) -> None:
     """Lay the fields of estimates, one a tick."""
     for name, values in estimate_columns(estimates):

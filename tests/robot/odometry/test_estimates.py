@@ -9,7 +9,7 @@ import pytest
 from model.values.estimate import Estimate, Health
 from record.log.reader import read_stamped_ticks
 from robot.config.robot_file import load_robot
-from robot.control.estimator_stage import TickEstimator
+from robot.control.tick_estimator import TickEstimator
 from robot.odometry import estimates as columns
 from robot.odometry.estimates import EstimateColumns, EstimateSeries
 from tests.replay.golden import log_of

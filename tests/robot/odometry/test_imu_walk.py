@@ -16,7 +16,7 @@ from model.values.tick import Intent, Mode, Tick
 from record.log.reader import StampedTick
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 from robot.control.controller import Controller
-from robot.control.estimator_stage import TickEstimator
+from robot.control.tick_estimator import TickEstimator
 from robot.odometry.track import Tracker
 from robot.odometry.tune import TuningWalk, tuned_names, whiteness
 from robot.run.operator import Script

@@ -2,19 +2,16 @@
 
 from dataclasses import replace
 from functools import partial
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gap.worker_pool import worker_pool
-from model.kinematics.legs import leg_kinematics
 from record.log.reader import LogContents, read_stamped_ticks, read_tick_messages
 from record.log.recording import ARRAYS
 from record.log.stretches import find_stretches
 from robot.console import processes, stretch_pool
-from robot.control.estimator_stage import TickEstimator
 from robot.odometry.estimates import HEALTH, NAMES, TEXTS
 from robot.odometry.stretches import TrackTask, track_stretch, track_stretches
 from robot.odometry.track import track, track_log
@@ -89,14 +86,3 @@ def test_feet_of_a_block_change_nothing(walked: Path) -> None:
     one, other = together.track.estimates, alone.estimates
     for name in set(NAMES) - {HEALTH, *TEXTS}:
         np.testing.assert_array_equal(one.column(name), other.column(name))
-    estimator = TickEstimator(together.config)
-    ticks = [stamped.tick.sensed for stamped in islice(read_stamped_ticks(walked), 50)]
-    kinematics = leg_kinematics(together.config.parameters)
-    for tick, feet in zip(ticks, estimator.feet_of(ticks), strict=True):
-        assert feet is not None
-        expected = kinematics.feet(tick.joints.angle_rad, tick.joints.rate_rad_s)
-        assert feet.position_m.tobytes() == expected.position_m.tobytes()
-        assert feet.velocity_m_s.tobytes() == expected.velocity_m_s.tobytes()
-    assert estimator.feet_of([]) == []
-    fewer = replace(ticks[0].joints, angle_rad=ticks[0].joints.angle_rad[:5])
-    assert estimator.feet_of([replace(ticks[0], joints=fewer)]) == [None]

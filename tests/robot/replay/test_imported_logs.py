@@ -17,7 +17,7 @@ from record.trial.trial import Trial, read_trial
 from robot.cli.main import run
 from robot.config.robot_file import load_robot, parse_robot
 from robot.console.exit_codes import ExitCode
-from robot.control.estimator_stage import TickEstimator
+from robot.control.tick_estimator import TickEstimator
 from robot.odometry.track import track_log
 from robot.replay.ticks import NOT_BY_A_CONTROLLER, replay_log
 from robot.virtual.walk import walk_in_memory

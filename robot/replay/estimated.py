@@ -1,0 +1,130 @@
+"""Estimates of stepped ticks against the recorded ones, where the controller was stepped without them.
+
+No command depends on an estimate, so a block of ticks can be estimated after it was stepped: at once, and
+without an object for each tick.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.estimator.block.columns import column
+from model.values.arrays import IntArray
+from model.values.estimate import Estimate, Health
+from record.log.blocks.tick_outputs import same_estimates
+from record.log.estimate_message import ListedEstimates
+from record.log.tick_message import says_the_same
+from robot.control.estimator_block import StageBlock
+from robot.control.tick_estimator import SingleTick, TickEstimator
+from robot.replay.blocks import SteppedBlock
+
+Part = StageBlock | SingleTick
+
+
+class EstimatedTicks:
+    """Estimates of ticks in a row, of blocks and of single ticks.
+
+    Args:
+        parts: At least one.
+    """
+
+    def __init__(self, parts: Sequence[Part]) -> None:
+        self._parts = parts
+
+    def __len__(self) -> int:
+        return sum(_count(part) for part in self._parts)
+
+    def column(self, name: str) -> NDArray[Any]:
+        """Return a field in numbers, (B, ...); its names are those of ``Estimate``."""
+        columns = [
+            ListedEstimates([part.estimate]).column(name)
+            if isinstance(part, SingleTick)
+            else column(part.block, name)
+            for part in self._parts
+        ]
+        return columns[0] if len(columns) == 1 else np.concatenate(columns)
+
+    def texts(self, name: str) -> list[str]:
+        """Return a text of each."""
+        return [getattr(one, name) for one in self._words]
+
+    def healths(self) -> list[Health]:
+        """Return the verdict in each."""
+        return [one.health for one in self._words]
+
+    def estimate(self, place: int) -> Estimate:
+        """Return one by itself."""
+        for part in self._parts:
+            if place < _count(part):
+                return part.estimate if isinstance(part, SingleTick) else part.estimate(place)
+            place -= _count(part)
+        raise IndexError(place)
+
+    @cached_property
+    def _words(self) -> list[Any]:
+        """What has a health and texts, of each."""
+        return [
+            one
+            for part in self._parts
+            for one in ([part.estimate] if isinstance(part, SingleTick) else part.block.words())
+        ]
+
+
+class _Chosen:
+    """Some of many estimates.
+
+    Args:
+        of: All of them.
+        places: Which.
+    """
+
+    def __init__(self, of: EstimatedTicks, places: IntArray) -> None:
+        self._of, self._places = of, places
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def column(self, name: str) -> NDArray[Any]:
+        """As in ``EstimatedTicks``."""
+        chosen: NDArray[Any] = self._of.column(name)[self._places]
+        return chosen
+
+    def texts(self, name: str) -> list[str]:
+        """As in ``EstimatedTicks``."""
+        every = self._of.texts(name)
+        return [every[place] for place in self._places]
+
+    def healths(self) -> list[Health]:
+        """As in ``EstimatedTicks``."""
+        every = self._of.healths()
+        return [every[place] for place in self._places]
+
+
+def _count(part: Part) -> int:
+    return 1 if isinstance(part, SingleTick) else len(part)
+
+
+def estimates_as_recorded(block: SteppedBlock, estimator: TickEstimator) -> Estimate | None:
+    """Estimate a block of stepped ticks; return the last estimate if all are as recorded in every bit.
+
+    Args:
+        block: The ticks, stepped without an estimator.
+        estimator: It remembers the tick before.
+    """
+    made = EstimatedTicks(list(estimator.through([tick.sensed for tick in block.ticks])))
+    same = np.zeros(len(block.ticks), dtype=bool)
+    for places, columns in block.groups:
+        at = np.array(places)
+        if at[-1] < len(same):
+            whole = len(at) == len(same)
+            same[at] = same_estimates(columns, made if whole else _Chosen(made, at))
+    for place in np.flatnonzero(~same).tolist():
+        tick, message = block.ticks[place], block.messages[place]
+        now = replace(tick, estimate=made.estimate(place))
+        if not says_the_same(now, message.data, block.recorded[place].end, message.layout):
+            return None
+    return made.estimate(len(same) - 1)
