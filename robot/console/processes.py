@@ -15,4 +15,9 @@ def cores() -> int:
 
 def worth_processes(path: Path, layout: int) -> bool:
     """Whether a log is long enough, of today's layout, and there is a second core."""
-    return cores() > 1 and layout == LAYOUT and path.stat().st_size >= LEAST_BYTES
+    return cores() > 1 and layout == LAYOUT and is_long(path)
+
+
+def is_long(path: Path) -> bool:
+    """Whether a log is so long that it pays to start, or to load, something for it."""
+    return path.stat().st_size >= LEAST_BYTES

@@ -21,6 +21,7 @@ from record.log.blocks.read import read_log
 from record.log.reader import LogContents, StampedTick
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
+from robot.console.processes import is_long
 from robot.control.estimator_stage import StageMemory
 from robot.control.tick_estimator import SingleTick, TickEstimator
 from robot.odometry.estimates import EstimateColumns, EstimateSeries
@@ -304,6 +305,7 @@ def track_log(
                     no_forces=given.no_forces,
                     no_imu=given.no_imu,
                     keep_states=given.smooth,
+                    blocks=is_long(path),
                 )
             )
         trackers[0].take_block(unix_ns, ticks)

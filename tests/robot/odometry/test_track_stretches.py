@@ -79,8 +79,12 @@ def test_bytes_that_are_no_state_do_not_count(walked: Path) -> None:
         assert track_stretch(replace(task, stretch=replace(task.stretch, before=data))) is None
 
 
-def test_feet_of_a_block_change_nothing(walked: Path) -> None:
-    """A log hands the feet of many ticks over at once; ticks that come one by one have none."""
+@pytest.mark.parametrize("is_long", [False, True])
+def test_many_ticks_at_once_change_nothing(
+    monkeypatch: pytest.MonkeyPatch, walked: Path, is_long: bool
+) -> None:
+    """A log hands over the feet of many ticks, and a long one is estimated in blocks."""
+    monkeypatch.setattr(processes, "LEAST_BYTES", 0 if is_long else 1 << 30)
     together = track_log(walked)
     alone = track(read_stamped_ticks(walked), together.config)
     one, other = together.track.estimates, alone.estimates
