@@ -5,7 +5,8 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
-JOBS   ?= 2
+# workers: one more than two cores, as many tests wait for ports and clocks
+JOBS   ?= 3
 
 .PHONY: help install walk test check format lint types imports tests soak thorough constraints golden reliability figures docs-assets docs clean
 help: ## list the targets
