@@ -23,6 +23,7 @@ class StopReason(enum.Enum):
     SERVO_STALLED = 13  # a shaft does not follow its goal, with much current
     SLIPPED = 14  # the body moves when it should stand, or is too far from where it began
     UNLOADED = 15  # the feet carry too little: lifted, hanging or fallen
+    TURNS_USED = 16  # a servo's turn counter is nearly at its end
 
 
 class FaultKind(enum.Enum):
@@ -56,6 +57,7 @@ class FaultKind(enum.Enum):
     POSE_BAD = 26  # a pose from outside that makes no sense
     IMU_BAD = 27  # a line of the IMU that makes no sense, or one that never changes
     IMU_STALE = 28  # no reading of the IMU that is fresh enough
+    TURNS_USED = 29  # a servo's turn counter is nearly at its end
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,7 +44,14 @@ from robot.control.recovery import (
     legs_down,
     plan_recovery,
 )
-from robot.control.safety import Allowed, Refused, ServoVerdict, gate, watch_servos
+from robot.control.safety import (
+    Allowed,
+    Refused,
+    ServoVerdict,
+    gate,
+    watch_servos,
+    watch_turns,
+)
 from robot.control.state import Command, ControllerState, Decision, Estimates, Senses
 from robot.control.stops import gravest, stop_at_once
 
@@ -335,6 +342,7 @@ class Controller:
         servos = watch_servos(
             senses.servos, joints, sent, before.servos, config.limits, config.servo_bus
         )
+        turn_faults = watch_turns(senses.servos, sent, names)
         late, timing_faults = self._timing(before, inputs)
         shown = BodyInputs(
             t_ns=joints.t_ns,
@@ -364,13 +372,14 @@ class Controller:
             self._loop_stop(state, senses.last, late, t_ns),
             recovery.stop,
             stop_at_once(body_faults),
+            stop_at_once(turn_faults),
         )
         situation = Situation(
             t_ns, inputs.request, stop, joints.angle_rad, self.armed, recovery.pause,
             recovery.resume,
         )  # fmt: skip
         phase = advance(before.phase, situation, self.book)
-        faults = (*servos.faults, *timing_faults, *body_faults, *recovery.faults)
+        faults = (*servos.faults, *turn_faults, *timing_faults, *body_faults, *recovery.faults)
         return Decision(phase, recovery, servos, body, late, faults)
 
     def _timing(self, before: Decision, inputs: Inputs) -> tuple[int, tuple[Fault, ...]]:

@@ -9,7 +9,7 @@ shaft where it was measured: the first command with torque switches torque on th
 (``ServoBus.torque_on``), and a leg in ``Allowed.recover`` is brought back there (``ServoRecovery``).
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from math import isfinite
@@ -32,6 +32,8 @@ SPEED_SLACK = 1.05
 STALE_SLACK_NS = 10_000_000
 # Keep clear of the end of the servo's extended position range (+-256 turns).
 LAST_TICK = EXTENDED_POSITION_LIMIT - 2 * TICKS_PER_TURN
+# From here on a walk is ended: legs that come down turn by another one at most.
+ENDING_TICK = LAST_TICK - 2 * TICKS_PER_TURN
 
 
 @quick
@@ -95,6 +97,13 @@ def gate(
         return Refused(
             f"the command before is {elapsed_ns * 1e-6:.0f} ms old; the loop stood still"
         )
+    mounted = zip(bus.zeros.tolist(), bus.signs.tolist(), angles, strict=True)
+    beyond = [abs(zero + sign * angle / TICK_RAD) > LAST_TICK for zero, sign, angle in mounted]
+    if True in beyond:
+        return Refused(
+            f"{_legs(bus, beyond)}: the servo's turn counter is used up (256 turns); "
+            "stop, cut torque and start again to set it back"
+        )
     if refused_ns is not None:
         elapsed_ns = wished.t_ns - refused_ns
     allowed_rad = limits.max_speed_rad_s * SPEED_SLACK * elapsed_ns * 1e-9
@@ -105,13 +114,6 @@ def gate(
         return Refused(
             f"{bus.names[worst]}: a step of {step_rad[worst]:.3f} rad in "
             f"{elapsed_ns * 1e-6:.0f} ms is faster than {limits.max_speed_rad_s:g} rad/s"
-        )
-    mounted = zip(bus.zeros.tolist(), bus.signs.tolist(), angles, strict=True)
-    beyond = [abs(zero + sign * angle / TICK_RAD) > LAST_TICK for zero, sign, angle in mounted]
-    if True in beyond:
-        return Refused(
-            f"{_legs(bus, beyond)}: the servo's turn counter is used up (256 turns); "
-            "stop, cut torque and start again to set it back"
         )
     return Allowed(wished, recover)
 
@@ -208,6 +210,26 @@ def watch_servos(
         lost_legs=silent >= bus.silent_limit,
         broken_legs=alert | (bad_now >= PERSISTENCE_READS),
         bad_reads=bad_now,
+    )
+
+
+def watch_turns(
+    readings: ServoReadings, sent: JointCommand, names: Sequence[str]
+) -> tuple[Fault, ...]:
+    """Tell of servos whose turn counters are nearly used up, while there is time to end a walk on all feet.
+
+    Args:
+        readings: Raw readings.
+        sent: The command the servos were following; without torque nothing turns on.
+        names: Of the servos.
+    """
+    ticks = readings.position_ticks.tolist()
+    if not sent.torque or (max(ticks) <= ENDING_TICK and min(ticks) >= -ENDING_TICK):
+        return ()
+    return tuple(
+        Fault(FaultKind.TURNS_USED, name, f"{abs(tick) / TICKS_PER_TURN:.0f} of 256 turns are used")
+        for name, tick, known in zip(names, ticks, readings.valid.tolist(), strict=True)
+        if known and abs(tick) > ENDING_TICK
     )
 
 

@@ -95,6 +95,10 @@ STOPS: Mapping[StopReason, Stop] = MappingProxyType({
         (FaultKind.SLIPPED,),
     ),
     StopReason.UNLOADED: Stop(_HALT, "the feet carried too little", (FaultKind.UNLOADED,)),
+    StopReason.TURNS_USED: Stop(
+        _SETTLE, "a servo's turn counter is nearly used up; a new start sets it back",
+        (FaultKind.TURNS_USED,),
+    ),
 })  # fmt: skip
 _BY_FAULT = {fault: reason for reason, stop in STOPS.items() for fault in stop.at_once}
 

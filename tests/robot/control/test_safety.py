@@ -8,10 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.dynamixel.joints import joint_state
-from model.values.faults import FaultKind
+from drivers.dynamixel.units import TICKS_PER_TURN
+from model.values.faults import FaultKind, StopReason
 from model.values.legs import JointCommand
 from model.values.readings import ServoReadings, silent_readings
+from model.values.tick import Intent, Mode
 from robot.config.robot_file import load_robot
+from robot.control import safety
 from robot.control.safety import (
     PERSISTENCE_READS,
     Allowed,
@@ -19,7 +22,10 @@ from robot.control.safety import (
     ServoVerdict,
     gate,
     watch_servos,
+    watch_turns,
 )
+from robot.control.stops import stop_at_once
+from tests.robot.runs import Told, drive, modes_of, wish
 
 CONFIG = load_robot()
 LIMITS, BUS = CONFIG.limits, CONFIG.servo_bus
@@ -93,6 +99,45 @@ def test_the_end_of_the_turn_counter_is_refused(turns: float) -> None:
     verdict = gate(command(PERIOD_NS, angle), command(0, angle), LIMITS, BUS)
     assert isinstance(verdict, Refused)
     assert "turn counter" in verdict.reason
+
+
+def test_behind_the_end_of_the_turn_counter_no_other_reason_is_given() -> None:
+    """A plan that goes on is soon far from the last goal; that is not why it was refused."""
+    angle = 255.0 * 2 * np.pi
+    last = command(0, angle - 0.3)
+    verdict = gate(command(6 * PERIOD_NS, angle), last, LIMITS, BUS, refused_ns=5 * PERIOD_NS)
+    assert isinstance(verdict, Refused)
+    assert "turn counter" in verdict.reason
+
+
+@pytest.mark.parametrize("turns", [-253, 253])
+def test_turns_that_are_nearly_used_up_are_a_fault_of_that_servo(turns: int) -> None:
+    ticks = np.zeros(6, dtype=np.int64)
+    ticks[4] = turns * TICKS_PER_TURN
+    readings = replace(healthy(), position_ticks=ticks)
+    (fault,) = watch_turns(readings, command(0), BUS.names)
+    assert (fault.kind, fault.source) == (FaultKind.TURNS_USED, BUS.names[4])
+    assert fault.detail == "253 of 256 turns are used"
+    assert stop_at_once((fault,)) is StopReason.TURNS_USED
+    assert watch_turns(readings, command(0, torque=False), BUS.names) == ()
+    lost = replace(readings, valid=np.arange(6) != 4)
+    assert watch_turns(lost, command(0), BUS.names) == ()
+    assert watch_turns(replace(readings, position_ticks=ticks - ticks), command(0), BUS.names) == ()
+
+
+def test_a_walk_ends_on_all_feet_before_the_turns_are_used_up(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As if the counters ended after one turn and a half."""
+    monkeypatch.setattr(safety, "ENDING_TICK", 3 * TICKS_PER_TURN // 2)
+    result, ticks, _ = drive(Told(lambda _, tick: wish(Intent.WALK, frequency_hz=0.3)))
+    assert result.reason is StopReason.TURNS_USED
+    assert "1 of 256 turns" in result.detail or "2 of 256 turns" in result.detail
+    assert modes_of(ticks)[-4:] == [Mode.WALK, Mode.SLOW, Mode.SETTLE, Mode.HOLD]
+    assert not [f for tick in ticks for f in tick.faults if f.kind is FaultKind.REFUSED]
+    assert result.torque_off
+    turned = np.abs(ticks[-1].joints.angle_rad / (2 * np.pi))
+    assert turned.max() < 1.5 + 2.0  # what is left behind the limit for coming to rest
 
 
 def healthy() -> ServoReadings:
