@@ -1,5 +1,6 @@
 """The error of a number is that of the runs: what differs from day to day is in it."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from gap.search.standard_errors import standard_errors
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 from tests.gap.test_selection import evidences
-from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_trial
+from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_references, toy_trial
 
 BY_NAME = {effect.name: effect for effect in EFFECTS}
 OFFSET = 0.3
@@ -52,6 +53,31 @@ def test_errors_cover_the_truth_as_often_as_they_say() -> None:
 
 def test_runs_that_differ_make_the_error_larger() -> None:
     assert _found(1, DAY_TO_DAY)[1] > 3 * _found(1, 0.0)[1]
+
+
+def test_what_all_references_show_of_a_cause_makes_its_error_larger() -> None:
+    trials = [
+        toy_trial([Cause("offset", ("a",), (OFFSET,))], *at, seed=i)
+        for i, at in enumerate(CONDITIONS)
+    ]
+    evidence, known = evidences(Toy(), trials, toy_references())
+    assert known is not None
+    fitted = fit_causes(evidence, (Cause("offset", ("a",), (OFFSET,)),))
+
+    def squared(own_rad: tuple[float, ...]) -> float:
+        """Square of the error, where references have offsets that others do not predict."""
+        healthy, at = known.runs, np.arange(len(known.runs.simulator.channels)) == 0
+        whiteners = tuple(
+            replace(one, expected=one.expected - own * at)
+            for one, own in zip(healthy.whiteners, itertools.cycle(own_rad), strict=False)
+        )
+        found = standard_errors(evidence, replace(healthy, whiteners=whiteners), fitted)[0]
+        return float((found * BY_NAME["offset"].parameters[0].spread) ** 2)
+
+    usual, alike = squared((0.0,)), squared((0.1,))
+    assert 0.5 * 0.1**2 / 3 < alike - usual < 0.1**2 / 3  # forces show the offset as well
+    # what differs from run to run, and is none in the mean, is in their scatter
+    assert squared((0.1, -0.1)) < 0.1**2 / 3
 
 
 def test_one_run_alone_is_judged_by_its_noise() -> None:
