@@ -5,10 +5,12 @@ long as two thousand ticks of a replay.
 """
 
 import gc
+import pickle
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Future
 from functools import partial
 from pathlib import Path
+from tempfile import NamedTemporaryFile, TemporaryDirectory
 from typing import Protocol, TypeVar
 
 from gap.worker_pool import worker_pool
@@ -54,9 +56,12 @@ def in_stretches(
         until then counts for nothing.
     """
     try:
-        with worker_pool(max(1, min(cores(), len(tasks)) - 1)) as pool:
-            job = partial(_worked, work)
-            waiting = {place: pool.submit(job, task) for place, task in enumerate(tasks)}
+        with (
+            TemporaryDirectory(prefix="bigant-stretches-") as folder,
+            worker_pool(max(1, min(cores(), len(tasks)) - 1)) as pool,
+        ):
+            job, apart = partial(_worked, work), partial(_laid_down, work, Path(folder))
+            waiting = {place: pool.submit(apart, task) for place, task in enumerate(tasks)}
             if not checksum_fits(path):
                 raise DifferentError  # the pool is left at once
             for task, result in zip(tasks, _results(tasks, job, waiting), strict=True):
@@ -70,7 +75,7 @@ def in_stretches(
 
 
 def _results(
-    tasks: Sequence[T], work: Callable[[T], R | None], waiting: dict[int, Future[R | None]]
+    tasks: Sequence[T], work: Callable[[T], R | None], waiting: "dict[int, Future[R | Path | None]]"
 ) -> Iterator[R]:
     """Yield results in order; while the next one is not there, work on the first that nobody has begun.
 
@@ -90,7 +95,34 @@ def _results(
                 break
             del waiting[other]
             own[other] = _counting(work(tasks[other]))
-        yield own.pop(place) if place in own else _counting(waiting.pop(place).result())
+        yield own.pop(place) if place in own else _taken_up(waiting.pop(place).result())
+
+
+def _laid_down(work: Callable[[T], R | None], folder: Path, task: T) -> R | Path | None:
+    """Work on a stretch in another process, and leave in a file what it came to.
+
+    Through a pipe megabytes would come in small pieces, for each of which both processes interrupt what
+    they compute.
+    """
+    result = _worked(work, task)
+    if result is None:
+        return None
+    try:
+        with NamedTemporaryFile(dir=folder, delete=False) as file:
+            pickle.dump(result, file, protocol=pickle.HIGHEST_PROTOCOL)
+    except OSError:  # no room: it has to go through the pipe
+        return result
+    return Path(file.name)
+
+
+def _taken_up(result: R | Path | None) -> R:
+    """What a stretch came to; its file is not needed any more."""
+    if not isinstance(result, Path):
+        return _counting(result)
+    with result.open("rb") as file:
+        found: R = pickle.load(file)  # our own process wrote it
+    result.unlink()
+    return found
 
 
 def _worked(work: Callable[[T], R | None], task: T) -> R | None:
