@@ -74,7 +74,10 @@ def odom(request: OdomRequest) -> ExitCode:
         stride_m, stride_from = stride_of(other), f"{request.fitted.name}, as given with --fitted"
     elif request.compare:
         stride_m = stride_of(log)
-    comparison = compare_methods(tracked, fitted=fitted, stride_m=stride_m, stride_from=stride_from)
+    comparison = compare_methods(
+        tracked, fitted=fitted, stride_m=stride_m, stride_from=stride_from,
+        simpler=request.compare or request.json,
+    )  # fmt: skip
     shown = comparison if request.compare else comparison.of_estimator()
     if request.json:
         print_json(as_json(comparison))

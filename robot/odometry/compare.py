@@ -103,11 +103,13 @@ def compare_methods(
     fitted: ContactParameters | None = None,
     stride_m: float = np.nan,
     stride_from: str = OWN_TRUTH,
+    simpler: bool = True,
 ) -> OdometryComparison:
     """Compare the estimator with the simpler methods and the truth.
 
     Args:
         tracked: A log with walking in it, and what the estimator reported.
+        simpler: Whether the simpler methods are wanted; an hour of them takes seconds.
         fitted: Parameters fitted offline to another walk, for the open loop.
         stride_m: Distance a cycle, for the method that knows nothing else; NaN leaves it out.
         stride_from: What it was calibrated on.
@@ -119,19 +121,9 @@ def compare_methods(
     span = judged_part(log)
     run, t_s = tracked.track.part(span), log.t_s[span]
     start = run.pose[0]
-    feet, velocity, force = _model(log, config, span)
-    naive = _reckoned("open loop, naive", velocity, t_s, start, force)
-    motions = [Motion("estimator", run.pose, run.velocity_B, run.force_B), naive]
-    if fitted is not None:
-        weight_n = float(np.nanmedian(force[..., 2].sum(axis=1)))  # with what rides along
-        velocity, force = _solved(feet, fitted, weight_n)
-        motions.append(_reckoned("open loop, fitted", velocity, t_s, start, force))
-    if np.isfinite(stride_m):
-        velocity = np.zeros((len(t_s), 3))
-        velocity[:, 0] = stride_m * np.nan_to_num(np.gradient(log.gait_phase[span], t_s))
-        motions.append(_reckoned("distance a stride", velocity, t_s, start))
-    velocity = _rigid_stance(feet, naive.force_B[..., 2] > 0)
-    motions.append(_reckoned("rigid stance", velocity, t_s, start))
+    motions = [Motion("estimator", run.pose, run.velocity_B, run.force_B)]
+    if simpler:
+        motions += _simpler(tracked, span, start, fitted, stride_m)
     unknown, without_errors = np.full(len(t_s), np.nan), true_forces_of(config)
     measured_n = log.force_n[span]
     alone = OdometryComparison(
@@ -159,6 +151,30 @@ def compare_methods(
         twist_nees=nees(run.velocity_B - truth.velocity_B, run.column("twist_covariance")),
         pose_nees=nees(run.pose - truth.pose, run.displacement_covariance),
     )
+
+
+def _simpler(
+    tracked: TrackedLog,
+    span: slice,
+    start: FloatArray,
+    fitted: ContactParameters | None,
+    stride_m: float,
+) -> list[Motion]:
+    """Motions by the methods that know less, over some ticks from a pose on."""
+    log, t_s = tracked.log, tracked.log.t_s[span]
+    feet, velocity, force = _model(log, tracked.config, span)
+    naive = _reckoned("open loop, naive", velocity, t_s, start, force)
+    motions = [naive]
+    if fitted is not None:
+        weight_n = float(np.nanmedian(force[..., 2].sum(axis=1)))  # with what rides along
+        velocity, force = _solved(feet, fitted, weight_n)
+        motions.append(_reckoned("open loop, fitted", velocity, t_s, start, force))
+    if np.isfinite(stride_m):
+        velocity = np.zeros((len(t_s), 3))
+        velocity[:, 0] = stride_m * np.nan_to_num(np.gradient(log.gait_phase[span], t_s))
+        motions.append(_reckoned("distance a stride", velocity, t_s, start))
+    velocity = _rigid_stance(feet, naive.force_B[..., 2] > 0)
+    return [*motions, _reckoned("rigid stance", velocity, t_s, start)]
 
 
 def judged_part(log: Recording) -> slice:
