@@ -22,7 +22,9 @@ from robot.control.controller import Controller
 from robot.control.state import ControllerState
 from robot.replay.step_through import gap_words, step_recorded
 
-BLOCK_TICKS = 256  # numpy's overhead hardly counts then; what they hold stays near the processor
+BLOCK_TICKS = (
+    128  # enough that numpy's overhead does not count; what they hold stays near the processor
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
