@@ -120,9 +120,9 @@ def _taken_up(result: R | Path | None) -> R:
     if not isinstance(result, Path):
         return _counting(result)
     with result.open("rb") as file:
-        found: R = pickle.load(file)  # our own process wrote it
+        stretch: R = pickle.load(file)  # our own process wrote it a moment ago
     result.unlink()
-    return found
+    return stretch
 
 
 def _worked(work: Callable[[T], R | None], task: T) -> R | None:
