@@ -1,9 +1,11 @@
 """The gait of a run: a gait of the robot file or of a Python file, one that the servos can follow."""
 
 import time
+from math import tau
 
 import numpy as np
 
+from drivers.dynamixel.units import TICKS_PER_TURN
 from gaits.catalog import make_gait
 from gaits.gait import Gait
 from gaits.limits import check_gait
@@ -11,6 +13,7 @@ from gaits.plugin import PluginGait
 from robot.config.gait_file import with_gait
 from robot.config.robot_file import RobotConfig
 from robot.console.program_output import complain
+from robot.control.safety import ENDING_TICK
 from robot.requests.single import DriveRequest
 
 # A gait that takes more of a tick than this is worth a warning; measured on so many phases.
@@ -30,6 +33,12 @@ def gait_of(request: DriveRequest, config: RobotConfig) -> tuple[RobotConfig, st
     gait = make_gait(name, config.parameters)
     frequency_hz = request.frequency_hz if request.frequency_hz is not None else gait.frequency_hz
     check_gait(gait, frequency_hz, config.parameters.servo)
+    cycles = request.cycles
+    if cycles is None:
+        cycles = (request.duration_s or 0.0) * frequency_hz
+    note = turns_note(gait, cycles)
+    if note:
+        complain(f"warning: {note}")
     if isinstance(gait, PluginGait) and not request.virtual_time:
         _note_slow_gait(gait, 1 / (request.rate_hz or config.loop.rate_hz))
     return config, name, frequency_hz
@@ -48,3 +57,21 @@ def _note_slow_gait(gait: Gait, period_s: float) -> None:
             f"warning: {gait.name} takes {usual_s * 1e3:.1f} of {period_s * 1e3:g} ms of each tick; the "
             "robot stops if ticks come late"
         )
+
+
+def turns_note(gait: Gait, cycles: float) -> str:
+    """Say that a walk is too long for the servos' turn counters; empty where it is not.
+
+    Args:
+        gait: Its gait.
+        cycles: How many of them are asked for.
+    """
+    begin, end = (gait.motion(phase, 0.0).angle_rad for phase in (0.0, 1.0))
+    a_cycle = float(np.abs(end - begin).max()) / tau
+    last = ENDING_TICK / TICKS_PER_TURN
+    if a_cycle * cycles <= last:
+        return ""
+    return (
+        f"{cycles:g} cycles turn a shaft by {a_cycle * cycles:.0f} turns, and a servo's counter has "
+        f"{last:.0f} at most: the walk will end on all feet before (TURNS_USED); start it again then"
+    )
