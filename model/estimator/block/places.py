@@ -5,6 +5,7 @@ longer than to compute what is in them. In a block of ticks each kind of number,
 one array, and a field is a part of its rows. Row 0 is the state before the first tick.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from math import nan, prod, sqrt
@@ -79,25 +80,39 @@ class Shapes:
     sizes: tuple[int, ...]
 
 
+def _in_order(shape_of: Mapping[int, tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
+    """Shapes by the numbers of the fields, of which none may be missing."""
+    return tuple(shape_of[name] for name in range(len(shape_of)))
+
+
 @cache
 def shapes(legs: int) -> Shapes:
     """Return where everything lies for N legs."""
     size, robots, kinds = FIXED + 2 * legs, len(design(legs)), len(SOURCES)
     places = places_needed(legs)
     square, by_robot, by_kind, each = (size, size), (robots, 3), (kinds,), (places,)
-    feet, both = (legs, 3), 2 * legs
-    real = (
-        (size,), square, (legs,), feet, (size,), square, square, by_robot, by_robot, (3, 3), by_kind,
-        by_kind, each, each, by_kind, by_kind, by_kind, (2,), (2,), (4,), (3,), (3,), (3,), (2,),
-        (both, both), (both,), (2,), (2, legs),
-        (6, legs), (2, 3, 3), (2,), (legs, 3, 3), feet, feet, by_kind, (3,),
-    )  # fmt: skip
-    whole = (*[()] * NUMBERS, (), (kinds, legs), by_kind, by_kind)
-    flags = ((), (), (), (legs,), (robots, legs), (legs,))
-    spare = (
-        feet, (1 + 3 * legs, 6 + 3 * legs), (legs, 2), (2,), by_robot, (robots, legs), square, (3,),
-        feet, (1,), (1,),
-    )  # fmt: skip
+    feet, both, legs_and_axes = (legs, 3), 2 * legs, (legs, 3, 3)
+    real = _in_order({
+        MEAN: (size,), COVARIANCE: square, SHARE: (legs,), EXPECTED: feet, MEAN_BEFORE: (size,),
+        COVARIANCE_BEFORE: square, TRANSITION: square, TWIST: by_robot, APART: by_robot,
+        APART_COVARIANCE: (3, 3), PRODUCT: by_kind, NORMAL: by_kind, LAST: each, SOURCE_BIAS: each,
+        MISFIT: by_kind, SCALE: by_kind, COLOUR: by_kind, FORCE_APART: (2,), FORCE_AGREE: (2,),
+        BALANCE: (4,), STRAIN: (3,), SHAKE: (3,), SHAKE_CHANGE: (3,), TURN: (2,),
+        INFORMATION: (both, both), PULL: (both,), SQUARE: (2,), ZERO: (2, legs),
+        BY_FOOT: (6, legs), BODY: (2, 3, 3), TILT: (2,), FORCE_SPREAD: legs_and_axes, FORCE: feet,
+        INNOVATION: feet, SOURCE_NIS: by_kind, FIT: (3,),
+    })  # fmt: skip
+    single = dict.fromkeys(range(REJECTED), ())
+    whole = _in_order(single | {REJECTED: (kinds, legs), SOURCE_NS: by_kind, SOURCE_DOF: by_kind})
+    flags = _in_order({
+        LOST: (), AIRBORNE: (), ANCHORED: (), CONTACT: (legs,), RESTING: (robots, legs),
+        SLIPPING: (legs,),
+    })  # fmt: skip
+    spare = _in_order({
+        HEARD: feet, ROWS: (1 + 3 * legs, 6 + 3 * legs), SLIP: (legs, 2), SWAY: (2,),
+        APART_VELOCITY: by_robot, APART_SHARE: (robots, legs), NOISE: square, SHAKING: (3,),
+        DOUBT: feet, TOTAL: (1,), RIDGE: (1,),
+    })  # fmt: skip
     kinds_of = (real, whole, flags, spare)
     at, sizes = np.zeros((len(kinds_of), len(real)), dtype=np.int64), []
     for row, kind in zip(at, kinds_of, strict=True):
