@@ -1,13 +1,15 @@
 """A log with states in it is replayed in stretches, with the result of a replay tick by tick."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from gap.worker_pool import worker_pool
-from record.log.reader import LogContents, read_tick_messages
+from record.log.reader import LogContents, TopicMessage, read_tick_messages
 from record.log.stretches import find_stretches, read_stretch
 from robot.console import processes, stretch_pool
 from robot.control.state_bytes import bytes_of_state, state_of_bytes
@@ -61,6 +63,24 @@ def test_a_state_with_another_number_in_it_does_not_count(walked: Path) -> None:
     other[-3] ^= 1
     wrong = replace(task, stretch=replace(task.stretch, after=bytes(other)))
     assert replay_stretch(wrong) is None
+
+
+@pytest.mark.parametrize("from_the_end", [1, 60, 400, 900])
+def test_an_estimate_with_another_bit_in_it_does_not_count(
+    monkeypatch: pytest.MonkeyPatch, walked: Path, from_the_end: int
+) -> None:
+    """The estimate is the last part of a tick; here one bit of it differs, in one tick of a stretch."""
+    task = task_of(walked, 2)
+    assert replay_stretch(task) is not None
+
+    def changed(*arguments: Any) -> Iterator[TopicMessage]:
+        for place, message in enumerate(read_stretch(*arguments)):
+            data = bytearray(message.data)
+            data[-from_the_end] ^= 1 if place == 40 else 0
+            yield replace(message, data=bytes(data))
+
+    monkeypatch.setattr(stretches, "read_stretch", changed)
+    assert replay_stretch(task) is None
 
 
 def test_stretches_give_the_result_of_one_pass(
