@@ -41,11 +41,9 @@ def standard_errors(evidence: Evidence, healthy: Evidence | None, fitted: Fitted
     weighted = fitted.slopes * evidence.weights(fitted.residual)
     gram = _products(weighted, fitted.slopes)
     within = _by_noise(evidence, fitted, gram)
-    runs = [_sizes_of_runs(evidence, healthy, fitted, cause) for cause in fitted.causes]
+    shares = [_shares(*_sizes_of_runs(evidence, healthy, fitted, cause)) for cause in fitted.causes]
     numbers = [len(cause.values) for cause in fitted.causes]
-    size = np.abs(fitted.away)
-    between = size * np.repeat([_between_runs(*one) for one in runs], numbers)
-    usual = size * np.repeat([_in_references(*one) for one in runs], numbers)
+    between, usual = np.abs(fitted.away) * np.repeat(shares, numbers, axis=0).T
     # the scatter of runs has the noise in it already
     over_runs = np.fmax(np.fmax(within, between), _without_each_run(evidence, fitted))
     measured = np.fmax(over_runs, _between_channels(evidence, fitted, weighted, gram))
@@ -120,24 +118,18 @@ def _sizes_of_runs(
     return trials, sizes_in_references(healthy, [cause])[0][0].values
 
 
-def _between_runs(trials: FloatArray, references: FloatArray) -> float:
-    """Standard error of a cause's size as a share of it; 0 where there is only one run."""
-    groups = [trials, references]
-    square, free = scatter(groups)
-    if free < 1:
-        return 0.0
-    runs = sum(1.0 / len(one) for one in groups if len(one))
-    return float(np.sqrt(square / free * runs))
+def _shares(trials: FloatArray, references: FloatArray) -> tuple[float, float]:
+    """Standard errors of a cause's size as shares of it: by runs that differ, and by what references show.
 
-
-def _in_references(trials: FloatArray, references: FloatArray) -> float:
-    """Standard error of a cause's size by what all references show of it, as a share of it.
-
-    None of it to all of it may be in the trials' size: of a share that may be anything from 0 to 1 the mean
-    square is a third.
+    None of what all references show to all of it may be in the trials' size: of a share that may be
+    anything from 0 to 1 the mean square is a third. Both are 0 where there is only one run.
     """
     square, free = scatter([trials, references])
-    if free < 1 or not len(references):
-        return 0.0
-    beyond = references.mean() ** 2 - square / free / len(references)
-    return float(np.sqrt(max(float(beyond), 0.0) / 3.0))
+    if free < 1:
+        return 0.0, 0.0
+    variance = square / free
+    between = np.sqrt(variance * sum(1.0 / len(one) for one in (trials, references) if len(one)))
+    if not len(references):
+        return float(between), 0.0
+    beyond = max(float(references.mean() ** 2 - variance / len(references)), 0.0)
+    return float(between), float(np.sqrt(beyond / 3.0))

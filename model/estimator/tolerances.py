@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from model.compiled import compiled
 from model.estimator.tolerance_kernel import OTHERS
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Companions
@@ -20,6 +21,12 @@ class Apart(NamedTuple):
 
     velocity_B: FloatArray  # noqa: N815 - frame suffix
     load_share: FloatArray
+
+
+@compiled
+def robots_beside(legs: int) -> int:
+    """How many companions a robot of N legs has, M."""
+    return 2 * (legs + OTHERS)
 
 
 @cache

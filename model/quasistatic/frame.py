@@ -65,12 +65,18 @@ def solve_frame(feet: FootMotion, contact: ContactParameters, weight_n: float) -
     if contact.stiffness.shape != (count,) or contact.anisotropy.shape != (count, 2):
         raise ModelError(f"the contact parameters are not those of {count} legs")
     status, reason, numbers, loaded = _solved(feet, contact, weight_n)
-    numbers.setflags(write=False)
-    slip_at, force_at = 6 + count, 6 + 3 * count
-    return _solution(
-        (status, reason), numbers[:3].tolist(), numbers[3:6], numbers[6:slip_at],
-        numbers[slip_at:force_at].reshape(count, 2), numbers[force_at:].reshape(count, 3),
-        readonly(loaded),
+    velocity_B, load_n, slip_B, force_B = _parts(readonly(numbers), count)  # noqa: N806
+    pose = numbers[:3].tolist()
+    return _solution((status, reason), pose, velocity_B, load_n, slip_B, force_B, readonly(loaded))
+
+
+def _parts(numbers: FloatArray, count: int) -> tuple[FloatArray, ...]:
+    """Velocity, loads, slips and forces of N feet in what ``frame_kernel`` writes, (..., 6 + 6 N)."""
+    frames, slip_at, force_at = numbers.shape[:-1], 6 + count, 6 + 3 * count
+    return (
+        numbers[..., 3:6], numbers[..., 6:slip_at],
+        numbers[..., slip_at:force_at].reshape(*frames, count, 2),
+        numbers[..., force_at:].reshape(*frames, count, 3),
     )  # fmt: skip
 
 
@@ -96,13 +102,8 @@ def solve_frames_in_order(
     numbers, loaded, verdicts = _frames(feet, contact, weight_n)
     readonly(numbers)
     readonly(loaded)
-    frames, count = loaded.shape
-    slip_at, force_at = 6 + count, 6 + 3 * count
-    return list(map(
-        _solution, verdicts.tolist(), numbers[:, :3].tolist(), numbers[:, 3:6], numbers[:, 6:slip_at],
-        numbers[:, slip_at:force_at].reshape(frames, count, 2),
-        numbers[:, force_at:].reshape(frames, count, 3), loaded,
-    ))  # fmt: skip
+    parts = _parts(numbers, loaded.shape[1])
+    return list(map(_solution, verdicts.tolist(), numbers[:, :3].tolist(), *parts, loaded))
 
 
 class WalkSolution(NamedTuple):
@@ -135,8 +136,8 @@ def solve_walk(feet: FootMotion, contact: ContactParameters, weight_n: float) ->
     if position.shape != shape or velocity.shape != shape or 0 in shape[1:]:
         raise ModelError(f"feet must be {shape}, not {position.shape} and {velocity.shape}")
     numbers, _, _ = _frames(feet, contact, weight_n)
-    forces = numbers[:, 6 + 3 * shape[1] :].reshape(shape)
-    return WalkSolution(numbers[:, 2].copy(), numbers[:, 3:6].copy(), forces.copy())
+    velocity_B, _, _, force_B = _parts(numbers, shape[1])  # noqa: N806 - frame suffix
+    return WalkSolution(numbers[:, 2].copy(), velocity_B.copy(), force_B.copy())
 
 
 def _frames(

@@ -52,8 +52,8 @@ def in_stretches(
         take: Given what each came to, in order.
 
     Returns:
-        Whether all count; False if one does not, the log is damaged, or a process is gone. What was taken
-        until then counts for nothing.
+        Whether all count; False if one does not, the log is damaged, or a process or what it left is gone.
+        What was taken until then counts for nothing.
     """
     try:
         with (
@@ -68,7 +68,11 @@ def in_stretches(
                 take(result)
                 progress.position = task.stretch.span[1]
                 progress.tell()
-    except (DifferentError, BrokenExecutor):
+    except (
+        DifferentError,
+        BrokenExecutor,
+        OSError,
+    ):  # the last: no place for files, or one is gone
         return False
     progress.position, progress.finished = progress.size, True
     return True

@@ -4,9 +4,9 @@ A block holds ticks in a row of a fast loop, with shafts and forces alone: no po
 comes out is what the stage makes of them tick by tick, to the bit.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
-from itertools import takewhile
+from itertools import islice
 
 import numpy as np
 
@@ -75,23 +75,28 @@ class BlockStage:
         return BlockEstimator(self._estimator, self._memory_s)
 
     def advance(
-        self, memory: StageMemory, ticks: Sequence[SensedTick], feet: FootMotion
+        self, memory: StageMemory, ticks: Sequence[SensedTick], feet: FootMotion, begin: int
     ) -> StageBlock | None:
-        """Advance by as many ticks, from the first on, as a block can hold.
+        """Advance by as many ticks, from one on, as a block can hold.
 
         Args:
-            memory: What the stage remembered before the first of them.
+            memory: What the stage remembered before it.
             ticks: The ticks.
             feet: Unloaded feet in all of them, with the servos' own speeds, (T, N, 3) each.
+            begin: Which tick.
 
         Returns:
             None if there are too few for a block.
         """
-        count = self._usual(memory, ticks)
+        count = _usual(memory, islice(ticks, begin, None))
         if count < FEWEST:
             return None
-        ticks = ticks[:count]
-        position_m, velocity_m_s = feet.position_m[:count], feet.velocity_m_s[:count]
+        part = slice(begin, begin + count)
+        ticks, position_m, velocity_m_s = (
+            ticks[part],
+            feet.position_m[part],
+            feet.velocity_m_s[part],
+        )
         rates = np.array([tick.joints.rate_rad_s for tick in ticks])
         shafts = rates if rates.shape[1] == self._legs else None  # a shaft a leg
 
@@ -109,17 +114,16 @@ class BlockStage:
         )  # fmt: skip
         return StageBlock(memory, self._blocks.advance(memory.estimator, inputs), ticks)
 
-    def _usual(self, memory: StageMemory, ticks: Sequence[SensedTick]) -> int:
-        """How many ticks, from the first on, a block can hold."""
-        if memory.speeds is None:
-            return 0
-        plain = list(takewhile(_plain, ticks))
-        times = np.array([memory.speeds.t_ns, *(tick.joints.t_ns for tick in plain)])
-        dt_s = np.diff(times) * 1e-9
-        slow = (dt_s == 0.0) | (dt_s >= SLOW_S)  # where speeds are corrected
-        return int(np.argmax(slow)) if slow.any() else len(plain)
 
-
-def _plain(tick: SensedTick) -> bool:
-    """Whether a tick has shafts and forces alone."""
-    return not (tick.poses or tick.imu)
+def _usual(memory: StageMemory, ticks: Iterable[SensedTick]) -> int:
+    """How many ticks, from the first on, a block can hold; no more are looked at."""
+    if memory.speeds is None:
+        return 0
+    count, before_ns = 0, memory.speeds.t_ns
+    for tick in ticks:
+        dt_s = (tick.joints.t_ns - before_ns) * 1e-9
+        # with shafts and forces alone, and no speed that is corrected
+        if tick.poses or tick.imu or dt_s == 0.0 or dt_s >= SLOW_S:
+            break
+        count, before_ns = count + 1, tick.joints.t_ns
+    return count

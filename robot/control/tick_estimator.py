@@ -58,8 +58,7 @@ class TickEstimator:
         while at < len(ticks):
             block = None
             if feet is not None and self._blocks is not None:
-                rest = FootMotion(feet.position_m[at:], feet.velocity_m_s[at:])
-                block = self._blocks.advance(self.memory, ticks[at:], rest)
+                block = self._blocks.advance(self.memory, ticks, feet, at)
             if block is not None:
                 self.memory = block.memory(len(block) - 1)
                 yield block

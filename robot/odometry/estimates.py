@@ -7,13 +7,12 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from model.estimator.block.columns import column
-from model.estimator.block.places import Wording
+from model.estimator.block.columns import BlockFields
 from model.estimator.block.run import EstimatedBlock
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Estimate, Health
 from record.growing_array import GrowingTable
-from record.log.estimate_message import HEALTHS, ListedEstimates
+from record.log.estimate_message import HEALTHS, EstimateFields, ListedEstimates
 
 BLOCK = 128  # rows
 HEALTH, TEXTS = "health", ("reason", "remark")
@@ -119,11 +118,7 @@ class EstimateColumns:
     def add_block(self, block: EstimatedBlock) -> None:
         """Add the estimates of the ticks of a block."""
         self._end_block()
-        words = block.words()
-        rows: Columns = self._codes_of(words)
-        rows[HEALTH] = np.array([HEALTHS.index(one.health) for one in words])
-        numbers = [name for name in NAMES if name not in rows]
-        self._full.extend(rows | {name: column(block, name) for name in numbers})
+        self._take(BlockFields(block))
 
     def extend(self, more: EstimateSeries) -> None:
         """Add the estimates of the next ticks."""
@@ -143,23 +138,17 @@ class EstimateColumns:
 
     def _end_block(self) -> None:
         if self._block:
-            codes = self._codes_of(self._block)
-            numbers = [name for name in NAMES if name not in codes]
-            self._full.extend(codes | {name: self._column(name) for name in numbers})
+            self._take(ListedEstimates(self._block))
         self._block = []
 
-    def _codes_of(self, words: Sequence[Estimate] | Sequence[Wording]) -> Columns:
-        """The numbers of the texts of ticks in a row, by when a text is met."""
-        codes: dict[str, list[int]] = {name: [] for name in TEXTS}
-        for one in words:
-            for name in TEXTS:
-                codes[name].append(self._code(getattr(one, name)))
-        return {name: np.array(of, dtype=np.int64) for name, of in codes.items()}
-
-    def _column(self, name: str) -> NDArray[Any]:
-        """A field of the block in numbers, (B, ...)."""
-        listed = ListedEstimates(self._block)
-        if name == HEALTH:
-            return np.array([HEALTHS.index(one) for one in listed.healths()], dtype=np.int64)
-        values = listed.column(name)
-        return values.astype(np.float64, copy=False) if name in REAL else values
+    def _take(self, of: EstimateFields) -> None:
+        """Add the fields of ticks in a row; texts are numbered in the order in which they are met."""
+        met = zip(*(of.texts(name) for name in TEXTS), strict=True)
+        codes = np.array([[self._code(text) for text in texts] for texts in met], dtype=np.int64)
+        rows: Columns = dict(zip(TEXTS, codes.T, strict=True))
+        rows[HEALTH] = np.array([HEALTHS.index(one) for one in of.healths()], dtype=np.int64)
+        for name in NAMES:
+            if name not in rows:
+                values = of.column(name)
+                rows[name] = values.astype(np.float64, copy=False) if name in REAL else values
+        self._full.extend(rows)

@@ -15,7 +15,6 @@ from model.estimator.block.run import EstimatedBlock
 from model.estimator.sources import ABSOLUTE
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.estimate import Estimate, EstimatorState, paired_covariance
-from model.values.legs import FootMotion
 from model.values.tick import SensedTick
 from record.log.blocks.read import read_log
 from record.log.reader import LogContents, StampedTick
@@ -158,17 +157,13 @@ class Tracker:
         """Begin with what an estimator remembered in the middle of a log."""
         self._estimator.memory = memory
 
-    def step(self, tick: SensedTick, feet: FootMotion | None = None) -> Estimate:
+    def step(self, tick: SensedTick) -> Estimate:
         """Advance by a tick; nothing is kept of it.
-
-        Args:
-            tick: The tick.
-            feet: Its feet, with the servos' own speeds, if they are known.
 
         Raises:
             ConfigError: The robot has other legs than the tick.
         """
-        return self._estimator.step(self._shown(tick), feet)
+        return self._estimator.step(self._shown(tick))
 
     def take_block(self, unix_ns: Sequence[int], ticks: Sequence[SensedTick]) -> None:
         """Advance by ticks that were at UNIX times, and keep the estimates: as ``take``."""
@@ -185,11 +180,11 @@ class Tracker:
             self._step_us += [(ended - began) / (1e3 * count)] * count
             began = ended
 
-    def take(self, unix_ns: int, tick: SensedTick, feet: FootMotion | None = None) -> None:
+    def take(self, unix_ns: int, tick: SensedTick) -> None:
         """Advance by a tick that was at a UNIX time, and keep the estimate."""
         before = self._estimator.memory
         began = time.perf_counter_ns()
-        estimate = self.step(tick, feet)
+        estimate = self.step(tick)
         self._step_us.append((time.perf_counter_ns() - began) / 1e3)
         self._unix_ns.append(unix_ns)
         self._keep(SingleTick(before, self._estimator.memory, estimate))

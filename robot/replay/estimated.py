@@ -6,17 +6,16 @@ without an object for each tick.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from model.estimator.block.columns import column
+from model.estimator.block.columns import BlockFields
 from model.values.arrays import IntArray
 from model.values.estimate import Estimate, Health
 from record.log.blocks.tick_outputs import same_estimates
-from record.log.estimate_message import ListedEstimates
+from record.log.estimate_message import EstimateFields, ListedEstimates
 from record.log.tick_message import says_the_same
 from robot.control.estimator_block import StageBlock
 from robot.control.tick_estimator import SingleTick, TickEstimator
@@ -34,44 +33,36 @@ class EstimatedTicks:
 
     def __init__(self, parts: Sequence[Part]) -> None:
         self._parts = parts
+        self._fields: list[EstimateFields] = [
+            ListedEstimates([part.estimate])
+            if isinstance(part, SingleTick)
+            else BlockFields(part.block)
+            for part in parts
+        ]
 
     def __len__(self) -> int:
-        return sum(_count(part) for part in self._parts)
+        return sum(map(len, self._fields))
 
     def column(self, name: str) -> NDArray[Any]:
         """Return a field in numbers, (B, ...); its names are those of ``Estimate``."""
-        columns = [
-            ListedEstimates([part.estimate]).column(name)
-            if isinstance(part, SingleTick)
-            else column(part.block, name)
-            for part in self._parts
-        ]
+        columns = [of.column(name) for of in self._fields]
         return columns[0] if len(columns) == 1 else np.concatenate(columns)
 
     def texts(self, name: str) -> list[str]:
         """Return a text of each."""
-        return [getattr(one, name) for one in self._words]
+        return [text for of in self._fields for text in of.texts(name)]
 
     def healths(self) -> list[Health]:
         """Return the verdict in each."""
-        return [one.health for one in self._words]
+        return [health for of in self._fields for health in of.healths()]
 
     def estimate(self, place: int) -> Estimate:
         """Return one by itself."""
-        for part in self._parts:
-            if place < _count(part):
+        for part, of in zip(self._parts, self._fields, strict=True):
+            if place < len(of):
                 return part.estimate if isinstance(part, SingleTick) else part.estimate(place)
-            place -= _count(part)
+            place -= len(of)
         raise IndexError(place)
-
-    @cached_property
-    def _words(self) -> list[Any]:
-        """What has a health and texts, of each."""
-        return [
-            one
-            for part in self._parts
-            for one in ([part.estimate] if isinstance(part, SingleTick) else part.block.words())
-        ]
 
 
 class _Chosen:
@@ -102,10 +93,6 @@ class _Chosen:
         """As in ``EstimatedTicks``."""
         every = self._of.healths()
         return [every[place] for place in self._places]
-
-
-def _count(part: Part) -> int:
-    return 1 if isinstance(part, SingleTick) else len(part)
 
 
 def estimates_as_recorded(block: SteppedBlock, estimator: TickEstimator) -> Estimate | None:

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from model.estimator.block.columns import column
+from model.estimator.block.columns import BlockFields
 from model.estimator.block.inputs import BlockInputs
 from model.estimator.block.run import BlockEstimator
 from model.estimator.filter import Estimator
@@ -70,7 +70,7 @@ def compared(
             said.append(estimate)
         for name in ("position_m", "force_age_s", "gyro_bias_sd", "holding", "mu_sd", "slipping"):
             expected = np.array([getattr(estimate, name) for estimate in said[at:]])
-            np.testing.assert_array_equal(column(block, name), expected)
+            np.testing.assert_array_equal(BlockFields(block).column(name), expected)
         other = block.memory(len(block))
         assert encode_values(other) == encode_values(one), at
         left += block.left

@@ -8,17 +8,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.estimator.block import places as at
-from model.estimator.block.run import EstimatedBlock
-from model.values.estimate import BIAS, GYRO_BIAS, NEVER, VELOCITY, YAW
+from model.estimator.block.run import USUAL, EstimatedBlock
+from model.values.estimate import BIAS, GYRO_BIAS, NEVER, VELOCITY, YAW, Health
 
 Column = NDArray[Any]
 
 
-def column(block: EstimatedBlock, name: str) -> Column:
-    """Return a field of ``Estimate`` in all T ticks, (T, ...); not that of the health or of a text."""
-    if name == "holding":
-        return np.array([words.holding for words in block.words()], dtype=np.bool_)
-    return _TAKEN[name](block.rows)[1:]
+class BlockFields:
+    """Fields of the estimates of T ticks.
+
+    Args:
+        block: The ticks.
+    """
+
+    def __init__(self, block: EstimatedBlock) -> None:
+        self._block = block
+        self._words = [block.wordings.get(row, USUAL) for row in range(1, len(block) + 1)]
+
+    def __len__(self) -> int:
+        return len(self._block)
+
+    def column(self, name: str) -> Column:
+        """Return a field in numbers, (T, ...); its names are those of ``Estimate``."""
+        if name == "holding":
+            return np.array([words.holding for words in self._words], dtype=np.bool_)
+        return _TAKEN[name](self._block.rows)[1:]
+
+    def texts(self, name: str) -> list[str]:
+        """Return the reason or the remark of each."""
+        return [getattr(words, name) for words in self._words]
+
+    def healths(self) -> list[Health]:
+        """Return the verdict in each."""
+        return [words.health for words in self._words]
 
 
 def _mean(part: slice | int) -> Callable[[at.StateRows], Column]:

@@ -6,8 +6,8 @@ Between the parts filterpy predicts, and numpy multiplies, as they do for a tick
 import numpy as np
 
 from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, given, out
-from model.estimator.block.places import APART_SHARE as LOAD_SHARE
 from model.estimator.block.places import (
+    APART_SHARE,
     COLOUR,
     CONTACT,
     COVARIANCE_BEFORE,
@@ -17,6 +17,7 @@ from model.estimator.block.places import (
     GYRO_NS,
     HEARD,
     INNOVATION,
+    KINDS,
     LAST,
     MEAN_BEFORE,
     MISFIT,
@@ -47,11 +48,10 @@ from model.estimator.measurements import doubt_kernel, feet_stack_kernel
 from model.estimator.senses import expect_kernel
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.estimator.sources import places_needed
+from model.estimator.tolerances import robots_beside
 from model.estimator.vibration import MEMORY_S, change_kernel, variance_kernel
 from model.values.arrays import BoolArray, FloatArray, IntArray
-from model.values.estimate import FIXED, SOURCES
-
-KINDS = len(SOURCES)
+from model.values.estimate import FIXED
 
 
 @compiled
@@ -116,10 +116,9 @@ def expect_in_row_kernel(
         _nothing_used(before, now, reals, past, whole[k + 1], wholes, legs)
         return 0, 0
     doubt = matrix(spare, spares[DOUBT], legs, 3)
-    robots = (spares[LOAD_SHARE + 1] - spares[LOAD_SHARE]) // legs
     doubt_kernel(
         expected, matrix(before, reals[EXPECTED], legs, 3), dt_s,
-        matrix(spare, spares[LOAD_SHARE], robots, legs), settings, doubt,
+        matrix(spare, spares[APART_SHARE], robots_beside(legs), legs), settings, doubt,
     )  # fmt: skip
     for i in range(rows.shape[0]):
         for j in range(size):

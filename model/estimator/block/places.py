@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from model.compiled import compiled
 from model.estimator.sources import places_needed
-from model.estimator.tolerances import design
+from model.estimator.tolerances import robots_beside
 from model.values.arrays import FloatArray, IntArray, readonly
 from model.values.estimate import (
     BIAS,
@@ -37,6 +37,7 @@ from model.values.estimate import (
 )
 from model.values.legs import FootMotion
 
+KINDS = len(SOURCES)
 # Real numbers of a state.
 (
     MEAN, COVARIANCE, SHARE, EXPECTED, MEAN_BEFORE, COVARIANCE_BEFORE, TRANSITION, TWIST, APART,
@@ -88,7 +89,7 @@ def _in_order(shape_of: Mapping[int, tuple[int, ...]]) -> tuple[tuple[int, ...],
 @cache
 def shapes(legs: int) -> Shapes:
     """Return where everything lies for N legs."""
-    size, robots, kinds = FIXED + 2 * legs, len(design(legs)), len(SOURCES)
+    size, robots, kinds = FIXED + 2 * legs, robots_beside(legs), KINDS
     places = places_needed(legs)
     square, by_robot, by_kind, each = (size, size), (robots, 3), (kinds,), (places,)
     feet, both, legs_and_axes = (legs, 3), 2 * legs, (legs, 3, 3)

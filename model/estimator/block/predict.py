@@ -138,11 +138,11 @@ def predict_kernel(
         vector(before, reals[MEAN], size), matrix(before, reals[COVARIANCE], size, size), feet[k],
         feet_velocity[k], stiffness, mu, anisotropy, settings, vector(spare, 0, 0),
         vector(spare, 0, 0), design, dt_s, 0, vector(before, reals[STRAIN], 3), drift,
-        matrix(before, reals[TWIST], robots, 3), _flags(was, truths[RESTING], robots, legs),
+        matrix(before, reals[TWIST], robots, 3), matrix(was, truths[RESTING], robots, legs),
         matrix(before, reals[APART], robots, 3),
         matrix(spare, spares[ROWS], 1 + 3 * legs, 6 + 3 * legs),
         matrix(spare, spares[SLIP], legs, 2), vector(spare, spares[SWAY], 2),
-        matrix(now, reals[TWIST], robots, 3), _flags(becomes, truths[RESTING], robots, legs),
+        matrix(now, reals[TWIST], robots, 3), matrix(becomes, truths[RESTING], robots, legs),
         matrix(now, reals[APART], robots, 3), matrix(spare, spares[APART_VELOCITY], robots, 3),
         matrix(spare, spares[APART_SHARE], robots, legs),
         matrix(now, reals[APART_COVARIANCE], 3, 3), vector(now, reals[MEAN_BEFORE], size),
@@ -160,12 +160,6 @@ def predict_kernel(
     becomes[truths[LOST]], becomes[truths[AIRBORNE]] = False, False
     becomes[truths[ANCHORED]] = was[truths[ANCHORED]]
     return heard
-
-
-@compiled
-def _flags(row: BoolArray, at: int, first: int, second: int) -> BoolArray:
-    """Some flags of a row, (first, second)."""
-    return row[at : at + first * second].reshape(first, second)
 
 
 def prepare() -> None:

@@ -62,10 +62,6 @@ class EstimatedBlock:
         """Return what the estimator says in tick k."""
         return self.rows.estimate(k + 1, self.wordings.get(k + 1, USUAL))
 
-    def words(self) -> list[Wording]:
-        """Return what is no number, of each tick."""
-        return [self.wordings.get(row, USUAL) for row in range(1, len(self) + 1)]
-
     def state(self, row: int) -> EstimatorState:
         """Return the state before tick ``row``; that after the last tick is in row T."""
         known = self._states.get(row)

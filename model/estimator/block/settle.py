@@ -22,6 +22,7 @@ from model.estimator.block.places import (
     HEIGHT,
     INFORMATION,
     INNOVATION,
+    KINDS,
     LIKELIHOOD,
     MEAN,
     MEAN_BEFORE,
@@ -57,11 +58,11 @@ from model.estimator.kalman import LOG_TURN, settle_kernel, sound_kernel
 from model.estimator.report import report_kernel
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.estimator.shaft_zeros import EVERY, NO_LEG, SMALL_RAD, evidence_kernel
-from model.estimator.sources import ABSOLUTE
+from model.estimator.sources import ABSOLUTE, places_needed
+from model.estimator.tolerances import robots_beside
 from model.values.arrays import BoolArray, FloatArray, IntArray
-from model.values.estimate import FIXED, SOURCES, YAW
+from model.values.estimate import FIXED, YAW
 
-KINDS = len(SOURCES)
 ZEROS_DUE, NOTABLE = 1, 2  # what is left to do for a tick
 NOT_MEASURED = -1
 
@@ -173,7 +174,7 @@ def settle_in_row_kernel(
             balance[i] = before[reals[BALANCE] + i]
     notable = past[wholes[SUSPECTED]] != NO_LEG or notable_kernel(
         vector(before, reals[MEAN], size), vector(before, reals[BALANCE], 4),
-        vector(before, reals[SOURCE_BIAS], reals[MISFIT] - reals[SOURCE_BIAS]),
+        vector(before, reals[SOURCE_BIAS], places_needed(legs)),
     )  # fmt: skip
     left = NOTABLE if notable else 0
     for i in range(4 * legs * legs + 2 * legs + 2 + 2 * legs):  # information to angles
@@ -202,11 +203,10 @@ def _stands_out(
     """Take the loads of a record into account; whether the zero of a shaft may then stand out."""
     legs = shafts_rad_s.size
     both, angle = 2 * legs, matrix(now, reals[ZERO], 2, legs)
-    robots = (spares[APART_SHARE + 1] - spares[APART_SHARE]) // legs
     height = spare[spares[ROWS] + 5]
     spare[spares[RIDGE]] = evidence_kernel(
         matrix(spare, spares[HEARD], legs, 3), matrix(now, reals[EXPECTED], legs, 3),
-        matrix(spare, spares[APART_SHARE], robots, legs), feet_velocity, shafts_rad_s,
+        matrix(spare, spares[APART_SHARE], robots_beside(legs), legs), feet_velocity, shafts_rad_s,
         height_sd * height, matrix(now, reals[INFORMATION], both, both),
         vector(now, reals[PULL], both), vector(now, reals[SQUARE], 2), angle,
     )  # fmt: skip
