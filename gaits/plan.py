@@ -14,7 +14,7 @@ import numpy as np
 from gaits.buehler import BuehlerClock
 from gaits.gait import TURN, Gait
 from gaits.moves import LegMoves
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, readonly
 
 FREQUENCY_RAMP_HZ_S = 0.2
 STEER_RAMP_PER_S = 0.5
@@ -138,24 +138,23 @@ class Walking:
             rate = rate + (further - motion.angle_rad) / _STEER_STEP * steering
         return motion.angle_rad + self.turns_rad, rate
 
-    def ahead(self, times_ns: Sequence[int]) -> list["Goals"]:
-        """Return ``phase`` and ``at`` of many times in order, the same numbers; none if it is not certain.
-
-        It is certain where one compiled call is all that makes the motion, and steering is over.
+    def rows(self, times_ns: Sequence[int]) -> "GoalRows":
+        """Return ``phase`` and ``at`` of many times in order, the same numbers.
 
         Args:
             times_ns: The times, at least one.
         """
-        if not isinstance(self.gait, BuehlerClock) or not self.steer.done(times_ns[0]):
-            return []
         phases = [self.phase(t_ns) for t_ns in times_ns]
-        motion = self.gait.motion(np.array(phases), self.steer.value(times_ns[0]))
-        frequencies = np.array([self.frequency.value(t_ns) for t_ns in times_ns])
-        angle_rad = motion.angle_rad + self.turns_rad
-        rate_rad_s = motion.slope * frequencies[:, None]
-        return [
-            Goals(self, *row) for row in zip(times_ns, phases, angle_rad, rate_rad_s, strict=True)
-        ]
+        if isinstance(self.gait, BuehlerClock) and self.steer.done(times_ns[0]):
+            # steering is over, and one compiled call is all that makes the motion
+            motion = self.gait.motion(np.array(phases), self.steer.value(times_ns[0]))
+            frequencies = np.array([self.frequency.value(t_ns) for t_ns in times_ns])
+            angle_rad = motion.angle_rad + self.turns_rad
+            rate_rad_s = motion.slope * frequencies[:, None]
+        else:
+            angles, rates = zip(*map(self.at, times_ns), strict=True)
+            angle_rad, rate_rad_s = np.array(angles), np.array(rates)
+        return GoalRows(np.array(phases), readonly(angle_rad), readonly(rate_rad_s))
 
     def retuned(self, t_ns: int, frequency_hz: float) -> "Walking":
         """Return the plan with another frequency, ramped."""
@@ -180,22 +179,22 @@ class Walking:
         return self.frequency.end == 0.0 and self.frequency.done(t_ns)
 
 
-class Goals(NamedTuple):
-    """What a plan wants at a time.
+class GoalRows(NamedTuple):
+    """What a plan wants at T times.
 
     Attributes:
-        plan: The plan.
-        t_ns: The time.
-        phase: Of the gait [cycles].
-        angle_rad: Shaft angles, (N,).
-        rate_rad_s: Their speeds, (N,).
+        phase: Of the gait [cycles], (T,).
+        angle_rad: Shaft angles, (T, N).
+        rate_rad_s: Their speeds, (T, N).
     """
 
-    plan: Walking
-    t_ns: int
-    phase: float
+    phase: FloatArray
     angle_rad: FloatArray
     rate_rad_s: FloatArray
+
+    def part(self, span: slice) -> "GoalRows":
+        """Return some of them."""
+        return GoalRows(self.phase[span], self.angle_rad[span], self.rate_rad_s[span])
 
 
 Plan = Hold | LegMoves | Walking

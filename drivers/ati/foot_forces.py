@@ -9,8 +9,10 @@ from drivers.ati.calibration import Calibration
 from drivers.ati.settings import ForceSensorSettings
 from model.compiled import COUNT, FLAG, compile_for, compiled, given, in_place, out
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
+from model.values.input_rows import RecordRows
 from model.values.legs import FootForces
 from model.values.readings import ForceRecord
+from model.values.tick_rows import ForceRows
 
 UNKNOWN = (np.nan,) * 6
 
@@ -28,15 +30,17 @@ def sensed_wrenches(
     Returns:
         NaN where a leg has no transducer, no calibration, is not in the record, or is saturated.
     """
-    return np.array(_rows(record, calibrations, settings))
+    rows = record.counts, record.present, record.saturated
+    return np.array(_rows(*rows, calibrations, settings))
 
 
 def _rows(
-    record: ForceRecord, calibrations: Sequence[Calibration | None], settings: ForceSensorSettings
-) -> list[tuple[float, ...]]:
+    counts_of: IntArray, present_of: BoolArray, saturated_of: BoolArray,
+    calibrations: Sequence[Calibration | None], settings: ForceSensorSettings,
+) -> list[tuple[float, ...]]:  # fmt: skip
     """The same as plain numbers, a row a leg: six rows are done sooner one by one."""
-    counts: list[list[int]] = record.counts.tolist()
-    present, saturated = record.present.tolist(), record.saturated.tolist()
+    counts: list[list[int]] = counts_of.tolist()
+    present, saturated = present_of.tolist(), saturated_of.tolist()
     sensed: list[tuple[float, ...]] = [UNKNOWN] * len(settings.names)
     numbered = zip(settings.transducers.tolist(), calibrations, strict=False)
     for leg, (number, calibration) in enumerate(numbered):
@@ -116,6 +120,19 @@ def calibrated_forces(
             force_n[leg] = np.nan
 
 
+@in_place
+@compiled
+def forces_in_rows(
+    counts: IntArray, present: BoolArray, saturated: BoolArray, slots: IntArray,
+    counts_per_n: FloatArray, mounting: FloatArray, force_n: FloatArray, valid: BoolArray,
+) -> None:  # fmt: skip
+    """``calibrated_forces`` of T records: all but what belongs to the legs has a row of each."""
+    for k in range(len(counts)):
+        calibrated_forces(
+            counts[k], present[k], saturated[k], slots, counts_per_n, mounting, force_n[k], valid[k]
+        )
+
+
 def prepare() -> None:
     """Load or make the machine code, so that no tick waits for it."""
     compile_for(
@@ -171,9 +188,18 @@ class ForceScales:
                 counts, present, record.saturated.copy(), self._slots, self._counts_per_n,
                 self._mounting, force_n, valid,
             )  # fmt: skip
-            return FootForces(record.t_ns, readonly(force_n), readonly(valid))
-        sensed = _rows(record, self._calibrations, self._settings)
+        else:
+            rows = record.counts, record.present, record.saturated
+            force_n, valid = self._in_situ(*rows, angle_rad)
+        return FootForces(record.t_ns, readonly(force_n), readonly(valid))
+
+    def _in_situ(
+        self, counts: IntArray, present: BoolArray, saturated: BoolArray, angle_rad: FloatArray
+    ) -> tuple[FloatArray, BoolArray]:
+        """Forces, (N, 3), and whether they are known, by the calibration file."""
+        sensed = _rows(counts, present, saturated, self._calibrations, self._settings)
         wrenches = foot_wrenches(np.array(sensed), self._settings, angle_rad).tolist()
+        force_n, valid = np.empty((len(sensed), 3)), np.empty(len(sensed), dtype=np.bool_)
         for leg, ((fx, fy, fz, *_), (c, s, up, *_)) in enumerate(
             zip(wrenches, self._mounting.tolist(), strict=True)
         ):
@@ -181,18 +207,34 @@ class ForceScales:
             force = (c * fx - s * y, s * fx + c * y, up * fz)
             valid[leg] = isfinite(force[0] + force[1] + force[2])
             force_n[leg] = force if valid[leg] else np.nan
-        return FootForces(record.t_ns, readonly(force_n), readonly(valid))
+        return force_n, valid
 
-    def of_newest(self, records: Sequence[Sequence[ForceRecord]]) -> list[FootForces | None]:
-        """Calibrate the newest record of each tick; the same numbers as ``forces``.
+    def rows(self, records: RecordRows, angle_rad: FloatArray, before: FootForces) -> ForceRows:
+        """Newest forces in T ticks: where one brings no record, those of the tick before.
 
         Args:
-            records: Of each tick, oldest first.
-
-        Returns:
-            None where a tick has none, and everywhere where a calibration file asks for the shafts' angles.
+            records: The newest of each tick; calibrated as by ``forces``.
+            angle_rad: Shaft angles, (T, N).
+            before: Forces in the tick before the first.
         """
-        if self._settings.calibration is not None:
-            return [None] * len(records)
-        unknown = np.full(len(self._slots), np.nan)
-        return [self.forces(own[-1], unknown) if own else None for own in records]
+        count, legs = len(records.there), len(self._slots)
+        t_ns, force_n = np.empty(count + 1, dtype=np.int64), np.empty((count + 1, legs, 3))
+        valid = np.empty((count + 1, legs), dtype=np.bool_)
+        t_ns[0], force_n[0], valid[0] = before.t_ns, before.force_n, before.valid
+        t_ns[1:] = records.t_ns
+        if self._settings.calibration is None:
+            compile_for(
+                forces_in_rows, *given(3, kind=COUNT), *given(2, 2, kind=FLAG), *given(1, kind=COUNT),
+                *given(1, 2), *out(3), *out(2, kind=FLAG),
+            )  # fmt: skip
+            forces_in_rows(
+                records.counts, records.present, records.saturated, self._slots, self._counts_per_n,
+                self._mounting, force_n[1:], valid[1:],
+            )  # fmt: skip
+        else:
+            for k in np.flatnonzero(records.there).tolist():
+                rows = records.counts[k], records.present[k], records.saturated[k]
+                force_n[k + 1], valid[k + 1] = self._in_situ(*rows, angle_rad[k])
+        at = np.where(records.there, np.arange(1, count + 1), 0)
+        newest = np.maximum.accumulate(at)
+        return ForceRows(readonly(t_ns[newest]), readonly(force_n[newest]), readonly(valid[newest]))

@@ -10,8 +10,10 @@ from drivers.dynamixel.settings import ServoBusSettings
 from drivers.dynamixel.units import DUTY_FULL, TICK_RAD, VELOCITY_UNIT_RAD_S, VOLTAGE_UNIT_V
 from model.compiled import COUNT, FLAG, compile_for, compiled, given, in_place, out
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
+from model.values.input_rows import ServoRows
 from model.values.legs import JointState
 from model.values.readings import ServoReadings
+from model.values.tick_rows import JointRows
 
 
 def ticks_to_angle(ticks: FloatArray | IntArray, sign: IntArray, zero: IntArray) -> FloatArray:
@@ -140,35 +142,21 @@ class ReadCalibration:
         return JointState(readings.t_ns, angle, rate, current, duty, voltage, temperature, valid)
 
 
-def joint_states(readings: Sequence[ServoReadings], settings: ServoBusSettings) -> list[JointState]:
-    """``joint_state`` of many reads at once; the same numbers.
-
-    Args:
-        readings: B of them.
-        settings: How servos are mounted.
-    """
+def joint_rows(readings: ServoRows, settings: ServoBusSettings) -> JointRows:
+    """``joint_state`` of T reads; the same numbers."""
     units = _units(settings)
-    rows, legs = units.shape
-
-    def together(name: str) -> IntArray:
-        return np.concatenate([getattr(one, name) for one in readings]).reshape(-1, legs)
-
-    counts = np.empty((len(readings), rows, legs), dtype=np.int64)
-    counts[:, 0] = together("position_ticks") - settings.zeros
-    for row, name in enumerate(
-        ("velocity_counts", "current_counts", "duty_counts", "voltage_counts", "temperature_c"),
-        start=1,
-    ):
-        counts[:, row] = together(name)
-    values = counts * units
-    values[:, DUTY] /= DUTY_FULL
-    for place in np.flatnonzero([False in one.valid.tolist() for one in readings]).tolist():
-        values[place][:, ~readings[place].valid] = np.nan
-    readonly(values)
-    joints = []
-    for one, own in zip(readings, values, strict=True):
-        angle, rate, current, duty, voltage, temperature = own
-        joints.append(
-            JointState(one.t_ns, angle, rate, current, duty, voltage, temperature, one.valid)
-        )
-    return joints
+    counts = np.empty((len(units), *readings.valid.shape), dtype=np.int64)
+    counts[0] = readings.position_ticks - settings.zeros
+    of_servos = (
+        readings.velocity_counts, readings.current_counts, readings.duty_counts,
+        readings.voltage_counts, readings.temperature_c,
+    )  # fmt: skip
+    for row, own in enumerate(of_servos, start=1):
+        counts[row] = own
+    values = counts * units[:, None]
+    values[DUTY] /= DUTY_FULL
+    values[:, ~readings.valid] = np.nan
+    angle, rate, current, duty, voltage, temperature = readonly(values)
+    return JointRows(
+        readings.t_ns, angle, rate, current, duty, voltage, temperature, readings.valid
+    )

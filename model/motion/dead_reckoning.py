@@ -5,7 +5,7 @@ from math import isfinite
 import numpy as np
 
 from model.motion.se2 import arc, turned
-from model.values.arrays import FloatArray, readonly
+from model.values.arrays import FloatArray, IntArray, readonly
 from model.values.tick import DeadReckoning
 
 
@@ -29,3 +29,28 @@ def advance(before: DeadReckoning, velocity_B: FloatArray, t_ns: int) -> DeadRec
     x, y = before.position_m.tolist()
     position, yaw_rad = readonly(np.array([x + dx, y + dy])), before.yaw_rad + rate * dt_s
     return DeadReckoning(t_ns, position, yaw_rad, readonly(velocity_B.copy()), valid=True)
+
+
+def advance_rows(
+    before: DeadReckoning,
+    velocity_B: FloatArray,  # noqa: N803
+    t_ns: IntArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Carry a planar pose forward over ticks in a row, all with a known velocity: as ``advance``.
+
+    Args:
+        before: Pose to start from.
+        velocity_B: Of each tick, (T, 3).
+        t_ns: Times of the ticks, (T,).
+
+    Returns:
+        Positions, (T, 2) [m], and yaws, (T,) [rad].
+    """
+    dt_s = np.diff(t_ns, prepend=before.t_ns) * 1e-9
+    vx, vy, rate = velocity_B.T
+    turn = rate * dt_s
+    yaw_rad = np.add.accumulate([before.yaw_rad, *turn.tolist()])
+    dx, dy = turned(*arc(vx * dt_s, vy * dt_s, turn), yaw_rad[:-1])
+    x, y = before.position_m.tolist()
+    places = np.add.accumulate([x, *dx.tolist()])[1:], np.add.accumulate([y, *dy.tolist()])[1:]
+    return readonly(np.column_stack(places)), readonly(yaw_rad[1:])

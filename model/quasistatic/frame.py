@@ -95,15 +95,53 @@ def _solution(
     return ContactSolution(support, Traction(reason == 0, why, velocity_B, slip_B, force_B))
 
 
-def solve_frames_in_order(
-    feet: FootMotion, contact: ContactParameters, weight_n: float
-) -> list[ContactSolution]:
+class FrameRows(NamedTuple):
+    """What ``solve_frame`` says of T frames of N feet; NaN where there is no answer.
+
+    Attributes:
+        numbers: Of ``frame_kernel``, (T, 6 + 6 N).
+        loaded: Which feet carry, (T, N).
+        verdicts: What ``frame_kernel`` returns, (T, 2).
+    """
+
+    numbers: FloatArray
+    loaded: BoolArray
+    verdicts: IntArray
+
+    @property
+    def answered(self) -> BoolArray:
+        """Which frames have an answer, (T,)."""
+        answered: BoolArray = self.verdicts[:, 1] == 0
+        return answered
+
+    @property
+    def pose(self) -> FloatArray:
+        """slope_x, slope_y, height [m], (T, 3)."""
+        return self.numbers[:, :3]
+
+    @property
+    def parts(self) -> tuple[FloatArray, ...]:
+        """Velocity (T, 3), loads (T, N), slips (T, N, 2) and forces (T, N, 3)."""
+        return _parts(self.numbers, self.loaded.shape[1])
+
+    def solution(self, k: int) -> ContactSolution:
+        """Return that of frame k."""
+        status, reason = self.verdicts[k].tolist()
+        velocity_B, load_n, slip_B, force_B = _parts(self.numbers[k], self.loaded.shape[1])  # noqa: N806
+        return _solution(
+            (status, reason), self.pose[k].tolist(), velocity_B, load_n, slip_B, force_B,
+            self.loaded[k],
+        )  # fmt: skip
+
+    def part(self, span: slice) -> "FrameRows":
+        """Return some of the frames."""
+        return FrameRows(self.numbers[span], self.loaded[span], self.verdicts[span])
+
+
+def solve_rows(feet: FootMotion, contact: ContactParameters, weight_n: float) -> FrameRows:
     """``solve_frame`` of each of T frames, (T, N, 3), to the bit."""
     numbers, loaded, verdicts = _frames(feet, contact, weight_n)
-    readonly(numbers)
-    readonly(loaded)
-    parts = _parts(numbers, loaded.shape[1])
-    return list(map(_solution, verdicts.tolist(), numbers[:, :3].tolist(), *parts, loaded))
+    return FrameRows(readonly(numbers), readonly(loaded), readonly(verdicts))
 
 
 class WalkSolution(NamedTuple):

@@ -17,9 +17,8 @@ from drivers.dynamixel.joints import ReadCalibration
 from gaits import buehler
 from gaits.catalog import make_gaits
 from gaits.gait import Gait
-from gaits.plan import Goals, Walking
+from gaits.plan import Walking
 from model.kinematics.legs import leg_kinematics
-from model.kinematics.one_shaft import OneShaftKinematics
 from model.motion import differentiate
 from model.motion.dead_reckoning import advance as advance_dead_reckoning
 from model.quasistatic.frame import prepare, solve_frame
@@ -32,7 +31,6 @@ from model.values.readings import silent_readings
 from model.values.tick import DeadReckoning, Inputs, Mode, Tick
 from robot.config.robot_file import RobotConfig
 from robot.config.undriven import not_driven
-from robot.control.ahead import Ahead, LookAhead
 from robot.control.body_watch import BodyInputs, BodyMemory, watch_body
 from robot.control.effects import model_of
 from robot.control.estimator_stage import EstimatorStage, estimator_stage
@@ -50,6 +48,7 @@ from robot.control.safety import (
     ServoVerdict,
     gate,
     watch_servos,
+    watch_timing,
     watch_turns,
 )
 from robot.control.state import Command, ControllerState, Decision, Estimates, Senses
@@ -59,8 +58,6 @@ from robot.control.stops import gravest, stop_at_once
 RATE_WINDOW_S = 0.1
 # Refused commands in a row before the robot halts.
 REFUSED_LIMIT = 5
-# A gap this long between two ticks is reported even if the next one came on time.
-LONG_GAP_S = 0.05
 NOT_RUN = "the model was not run"
 
 
@@ -101,27 +98,26 @@ class Controller:
             gaits = make_gaits(robot)
         self.book = GaitBook.of(gaits, robot.servo)
         self._calibration = ReadCalibration(config.servo_bus)
-        self._scales = ForceScales(calibrations, config.force_sensor)
+        self.scales = ForceScales(calibrations, config.force_sensor)
         self._no_forces = no_forces(robot.legs.count)
         self._weight_n = robot.body.mass * STANDARD_GRAVITY
         self._sensors = tuple(number > 0 for number in config.force_sensor.transducers.tolist())
         self._nothing = readonly(np.full(robot.legs.count, np.nan))
         self._effects = model_of(config)
-        self._kinematics = leg_kinematics(robot)
-        self._ahead: LookAhead | None = None
-        if self._effects is None and isinstance(self._kinematics, OneShaftKinematics):
-            self._ahead = LookAhead(
-                self._kinematics, robot.contact, self._weight_n, config.servo_bus, self._scales,
-                servo_feet=config.estimator.enabled and estimate,
-            )  # fmt: skip
+        self.kinematics = leg_kinematics(robot)
         self._estimator: EstimatorStage | None = None
         if config.estimator.enabled and estimate:
-            self._estimator = estimator_stage(config, self._kinematics)
+            self._estimator = estimator_stage(config, self.kinematics)
         prepare()
         differentiate.prepare()
         buehler.prepare()
         foot_forces.prepare()
-        self._kinematics.prepare()
+        self.kinematics.prepare()
+
+    @property
+    def bare(self) -> bool:
+        """Whether a step has neither an estimator nor effects of the robot file."""
+        return self._effects is None and self._estimator is None
 
     def initial(self) -> ControllerState:
         """Return the state before the first tick."""
@@ -160,24 +156,8 @@ class Controller:
             0, senses, estimates, decision, Command(command, Allowed(command), 0, ())
         )
 
-    def ahead(
-        self, state: ControllerState, inputs: Sequence[Inputs], times_ns: Sequence[int]
-    ) -> list[Ahead]:
-        """Compute what is known of recorded ticks at once: of as many, from the first, as is possible.
-
-        Args:
-            state: State before the first of them.
-            inputs: Their inputs.
-            times_ns: Their times [ns].
-        """
-        if self._ahead is None:
-            return []
-        plan, first_ns = state.decision.phase.plan, times_ns[0] if state.index == 0 else None
-        goals = plan.ahead(times_ns) if isinstance(plan, Walking) else ()
-        return self._ahead.of(state.senses, first_ns, inputs, goals)
-
     def step(
-        self, state: ControllerState, inputs: Inputs, t_ns: int, ahead: Ahead | None = None
+        self, state: ControllerState, inputs: Inputs, t_ns: int
     ) -> tuple[ControllerState, Tick]:
         """Advance by one tick.
 
@@ -185,25 +165,16 @@ class Controller:
             state: State after the tick before.
             inputs: Everything known in this tick.
             t_ns: Time of the tick.
-            ahead: What was computed of this tick beforehand; the result is the same without it.
 
         Returns:
             The new state and the tick, which holds the inputs, every stage's output and the faults.
         """
-        if ahead is not None and ahead.after is not state.senses.joints:
-            ahead = None  # something happened that was not foreseen
-        senses = self._sense(state, inputs, t_ns, ahead)
-        if ahead is not None and ahead.joints is not senses.joints:
-            ahead = None
-        estimates = self._estimate(state, inputs, senses, t_ns, ahead)
+        senses = self._sense(state, inputs, t_ns)
+        estimates = self._estimate(state, inputs, senses, t_ns)
         decision = self._decide(state, inputs, senses, estimates, t_ns)
-        phase, goals = decision.phase, None if ahead is None else ahead.goals
-        if goals is not None and (goals.plan is not phase.plan or goals.t_ns != t_ns):
-            goals = None
-        command = self._command(state, senses, decision, t_ns, goals)
-        gait_phase = np.nan if goals is None else goals.phase
-        if goals is None and isinstance(phase.plan, Walking):
-            gait_phase = phase.plan.phase(t_ns)
+        phase = decision.phase
+        command = self._command(state, senses, decision, t_ns)
+        gait_phase = phase.plan.phase(t_ns) if isinstance(phase.plan, Walking) else np.nan
         tick = Tick(
             t_ns=t_ns,
             index=state.index,
@@ -225,25 +196,14 @@ class Controller:
 
     # Sense.
 
-    def _sense(
-        self, state: ControllerState, inputs: Inputs, t_ns: int, ahead: Ahead | None
-    ) -> Senses:
+    def _sense(self, state: ControllerState, inputs: Inputs, t_ns: int) -> Senses:
         """Turn counts into angles and forces; what is missing or implausible is NaN."""
         servos = inputs.servos
         if servos is None:
             servos = silent_readings(t_ns, self.config.parameters.legs.count)
         down, usable = legs_down(state.decision.recovery.memory, inputs.servo_events), servos
         began_ns = t_ns if state.index == 0 else state.senses.began_ns
-        any_down = True in down.tolist()
-        if ahead is not None and not any_down:
-            newest = ahead.forces
-            if newest is None:
-                newest = self._newest_forces(state, inputs, t_ns, ahead.joints)
-            last = self._last_command(state, inputs)
-            return Senses(
-                servos, ahead.joints, newest, down, last, ahead.times_ns, ahead.angles_rad, began_ns
-            )
-        if any_down:
+        if True in down.tolist():
             # after a restart a servo has another number for the same angle
             usable = replace(servos, valid=readonly(servos.valid & ~down))
         joints = self._calibration.state(usable)
@@ -261,7 +221,7 @@ class Controller:
         """Return the forces of the newest record, absent after too long a silence."""
         forces = state.senses.forces
         if inputs.forces:
-            return self._scales.forces(inputs.forces[-1], joints.angle_rad)
+            return self.scales.forces(inputs.forces[-1], joints.angle_rad)
         if t_ns - forces.t_ns > self.config.force_sensor.silent_limit_s * 1e9:
             return self._no_forces
         return forces
@@ -286,16 +246,12 @@ class Controller:
         inputs: Inputs,
         senses: Senses,
         t_ns: int,
-        ahead: Ahead | None,
     ) -> Estimates:
         """Solve the model for the measured shafts, and estimate where the body is."""
         forces = senses.forces
         if self._effects is not None:
             forces = self._effects.true_forces(forces, (t_ns - senses.began_ns) * 1e-9)
-        if ahead is not None:
-            feet, contact = ahead.feet, ahead.contact
-        else:
-            feet, contact = self._model(state, senses, t_ns)
+        feet, contact = self._model(state, senses, t_ns)
         faults: tuple[Fault, ...] = ()
         if not contact.support.converged:
             faults = (Fault(FaultKind.NO_SUPPORT, "support", contact.support.reason),)
@@ -306,9 +262,8 @@ class Controller:
         memory, estimate = state.estimates.estimator, None
         if self._estimator is not None and memory is not None:
             memory, estimate = self._estimator.step(
-                memory, t_ns, senses.joints, senses.forces, inputs.poses, inputs.imu,
-                None if ahead is None else ahead.servo_feet,
-            )  # fmt: skip
+                memory, t_ns, senses.joints, senses.forces, inputs.poses, inputs.imu
+            )
         return Estimates(feet, contact, forces, dead_reckoning, estimate, memory, faults)
 
     def _model(
@@ -318,7 +273,7 @@ class Controller:
         angle_rad = senses.joints.angle_rad
         rate_rad_s = differentiate.latest_rate(senses.times_ns, senses.angles_rad)
         if self._effects is None:
-            feet = self._kinematics.feet(angle_rad, rate_rad_s)
+            feet = self.kinematics.feet(angle_rad, rate_rad_s)
             return feet, solve_frame(feet, self.config.parameters.contact, self._weight_n)
         before = state.estimates.dead_reckoning
         dt_s = 0.0 if state.index == 0 else (t_ns - before.t_ns) * 1e-9
@@ -343,7 +298,9 @@ class Controller:
             senses.servos, joints, sent, before.servos, config.limits, config.servo_bus
         )
         turn_faults = watch_turns(senses.servos, sent, names)
-        late, timing_faults = self._timing(before, inputs)
+        late, timing_faults = watch_timing(
+            inputs.timing, before.late, self.period_ns, config.loop.late_limit_s
+        )
         shown = BodyInputs(
             t_ns=joints.t_ns,
             mode=before.phase.mode,
@@ -382,17 +339,6 @@ class Controller:
         faults = (*servos.faults, *turn_faults, *timing_faults, *body_faults, *recovery.faults)
         return Decision(phase, recovery, servos, body, late, faults)
 
-    def _timing(self, before: Decision, inputs: Inputs) -> tuple[int, tuple[Fault, ...]]:
-        """Return the late ticks in a row, and a fault if this one is late."""
-        late_s = inputs.timing.lateness_ns * 1e-9
-        stood_still_s = inputs.timing.missed * self.period_ns * 1e-9
-        if stood_still_s >= LONG_GAP_S:
-            detail = f"the loop was stopped for {stood_still_s * 1e3:.0f} ms"
-            return before.late + 1, (Fault(FaultKind.LATE, "loop", detail),)
-        if late_s <= self.config.loop.late_limit_s:
-            return 0, ()
-        return before.late + 1, (Fault(FaultKind.LATE, "loop", f"{late_s * 1e3:.1f} ms late"),)
-
     def _loop_stop(
         self, state: ControllerState, last: JointCommand, late: int, t_ns: int
     ) -> StopReason:
@@ -410,14 +356,13 @@ class Controller:
     # Command.
 
     def _command(
-        self, state: ControllerState, senses: Senses, decision: Decision, t_ns: int,
-        goals: Goals | None,
-    ) -> Command:  # fmt: skip
-        """Ask the plan for the next goals, if they are not known, and the safety gate about them."""
+        self, state: ControllerState, senses: Senses, decision: Decision, t_ns: int
+    ) -> Command:
+        """Ask the plan for the next goals, and the safety gate about them."""
         plan, recovery = decision.phase.plan, decision.recovery
         wished = JointCommand(t_ns, self._nothing, self._nothing, torque=False)
         if plan is not None:
-            angle, rate = plan.at(t_ns) if goals is None else (goals.angle_rad, goals.rate_rad_s)
+            angle, rate = plan.at(t_ns)
             wished = JointCommand(t_ns, readonly(angle), readonly(rate), torque=True)
         last = senses.last
         # switching on, or taking a servo up again: the driver holds where the shafts are

@@ -4,9 +4,7 @@ A block holds ticks in a row of a fast loop, with shafts and forces alone: no po
 comes out is what the stage makes of them tick by tick, to the bit.
 """
 
-from collections.abc import Iterable, Sequence
 from functools import cached_property
-from itertools import islice
 
 import numpy as np
 
@@ -16,7 +14,7 @@ from model.estimator.filter import Estimator
 from model.motion.shaft_speed import SLOW_S, ShaftSpeeds, no_error
 from model.values.estimate import Estimate, OdometryInputs
 from model.values.legs import FootMotion
-from model.values.tick import SensedTick
+from model.values.tick_rows import SensedRows
 from robot.control.estimator_stage import EstimatorStage, StageMemory
 
 FEWEST = 8  # ticks: fewer take longer as a block
@@ -31,9 +29,7 @@ class StageBlock:
         ticks: The ticks.
     """
 
-    def __init__(
-        self, before: StageMemory, block: EstimatedBlock, ticks: Sequence[SensedTick]
-    ) -> None:
+    def __init__(self, before: StageMemory, block: EstimatedBlock, ticks: SensedRows) -> None:
         self._before, self.block, self._ticks = before, block, ticks
 
     def __len__(self) -> int:
@@ -45,7 +41,7 @@ class StageBlock:
 
     def memory(self, k: int) -> StageMemory:
         """Return what the stage remembers after tick k."""
-        joints = self._ticks[k].joints
+        joints = self._ticks.joints.state(k)
         speeds = ShaftSpeeds(
             joints.t_ns, joints.angle_rad, joints.rate_rad_s, no_error(len(joints.angle_rad))
         )
@@ -75,7 +71,7 @@ class BlockStage:
         return BlockEstimator(self._estimator, self._memory_s)
 
     def advance(
-        self, memory: StageMemory, ticks: Sequence[SensedTick], feet: FootMotion, begin: int
+        self, memory: StageMemory, ticks: SensedRows, feet: FootMotion, begin: int
     ) -> StageBlock | None:
         """Advance by as many ticks, from one on, as a block can hold.
 
@@ -88,42 +84,37 @@ class BlockStage:
         Returns:
             None if there are too few for a block.
         """
-        count = _usual(memory, islice(ticks, begin, None))
+        count = _usual(memory, ticks, begin)
         if count < FEWEST:
             return None
         part = slice(begin, begin + count)
-        ticks, position_m, velocity_m_s = (
-            ticks[part],
-            feet.position_m[part],
-            feet.velocity_m_s[part],
-        )
-        rates = np.array([tick.joints.rate_rad_s for tick in ticks])
+        ticks, forces = ticks.part(part), ticks.forces.part(part)
+        position_m, velocity_m_s = feet.position_m[part], feet.velocity_m_s[part]
+        rates = ticks.joints.rate_rad_s
         shafts = rates if rates.shape[1] == self._legs else None  # a shaft a leg
 
         def of_tick(k: int) -> OdometryInputs:
             return OdometryInputs(
-                ticks[k].t_ns, FootMotion(position_m[k], velocity_m_s[k]), ticks[k].forces,
-                shaft_rad_s=ticks[k].joints.rate_rad_s if shafts is not None else None,
+                int(ticks.t_ns[k]), FootMotion(position_m[k], velocity_m_s[k]), forces.forces(k),
+                shaft_rad_s=rates[k] if shafts is not None else None,
             )  # fmt: skip
 
-        forces = [tick.forces for tick in ticks]
         inputs = BlockInputs(
-            np.array([tick.t_ns for tick in ticks]), position_m, velocity_m_s,
-            np.array([one.t_ns for one in forces]), np.array([one.force_n for one in forces]),
-            np.array([one.valid for one in forces]), shafts, of_tick,
+            ticks.t_ns, position_m, velocity_m_s, forces.t_ns, forces.force_n, forces.valid, shafts,
+            of_tick,
         )  # fmt: skip
         return StageBlock(memory, self._blocks.advance(memory.estimator, inputs), ticks)
 
 
-def _usual(memory: StageMemory, ticks: Iterable[SensedTick]) -> int:
-    """How many ticks, from the first on, a block can hold; no more are looked at."""
+def _usual(memory: StageMemory, ticks: SensedRows, begin: int) -> int:
+    """How many ticks, from one on, a block can hold."""
     if memory.speeds is None:
         return 0
-    count, before_ns = 0, memory.speeds.t_ns
-    for tick in ticks:
-        dt_s = (tick.joints.t_ns - before_ns) * 1e-9
-        # with shafts and forces alone, and no speed that is corrected
-        if tick.poses or tick.imu or dt_s == 0.0 or dt_s >= SLOW_S:
-            break
-        count, before_ns = count + 1, tick.joints.t_ns
-    return count
+    # with shafts and forces alone, and no speed that is corrected
+    dt_s = np.diff(ticks.joints.t_ns[begin:], prepend=memory.speeds.t_ns) * 1e-9
+    alone = [
+        not (poses or imu)
+        for poses, imu in zip(ticks.poses[begin:], ticks.imu[begin:], strict=True)
+    ]
+    usual = (dt_s != 0.0) & (dt_s < SLOW_S) & alone
+    return len(usual) if usual.all() else int(np.argmin(usual))

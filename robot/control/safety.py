@@ -24,12 +24,15 @@ from model.values.faults import Fault, FaultKind
 from model.values.legs import JointCommand, JointState
 from model.values.quick import quick
 from model.values.readings import ServoReadings
+from model.values.tick import LoopTiming
 from robot.config.servo import SafetyLimits
 
 # A command may be this much faster than the limit: the grid of ticks and encoder counts is coarse.
 SPEED_SLACK = 1.05
 # A command older than the servos' watchdog and this is no basis for the next one: they have stopped.
 STALE_SLACK_NS = 10_000_000
+# A gap this long between two ticks is reported even if the next one came on time.
+LONG_GAP_S = 0.05
 # Keep clear of the end of the servo's extended position range (+-256 turns).
 LAST_TICK = EXTENDED_POSITION_LIMIT - 2 * TICKS_PER_TURN
 # From here on a walk is ended: legs that come down turn by another one at most.
@@ -231,6 +234,27 @@ def watch_turns(
         for name, tick, known in zip(names, ticks, readings.valid.tolist(), strict=True)
         if known and abs(tick) > ENDING_TICK
     )
+
+
+def watch_timing(
+    timing: LoopTiming, late: int, period_ns: int, late_limit_s: float
+) -> tuple[int, tuple[Fault, ...]]:
+    """Return the late ticks in a row, and a fault if this one is late.
+
+    Args:
+        timing: Of the loop.
+        late: Late ticks in a row before this one.
+        period_ns: Period of the loop.
+        late_limit_s: How late a tick may be.
+    """
+    late_s = timing.lateness_ns * 1e-9
+    stood_still_s = timing.missed * period_ns * 1e-9
+    if stood_still_s >= LONG_GAP_S:
+        detail = f"the loop was stopped for {stood_still_s * 1e3:.0f} ms"
+        return late + 1, (Fault(FaultKind.LATE, "loop", detail),)
+    if late_s <= late_limit_s:
+        return 0, ()
+    return late + 1, (Fault(FaultKind.LATE, "loop", f"{late_s * 1e3:.1f} ms late"),)
 
 
 def _all_well(

@@ -1,9 +1,7 @@
 """The estimator over ticks that are there already, such as those of a log."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple
-
-import numpy as np
 
 from model.errors import ConfigError
 from model.kinematics.legs import leg_kinematics
@@ -11,6 +9,7 @@ from model.kinematics.one_shaft import OneShaftKinematics
 from model.values.estimate import Estimate
 from model.values.legs import FootMotion
 from model.values.tick import SensedTick
+from model.values.tick_rows import SensedRows
 from robot.config.robot_file import RobotConfig
 from robot.control.estimator_block import StageBlock, block_stage
 from robot.control.estimator_stage import StageMemory, estimator_stage
@@ -41,7 +40,7 @@ class TickEstimator:
         self._blocks = block_stage(self._stage) if blocks else None
         self.memory = self._stage.initial()
 
-    def through(self, ticks: Sequence[SensedTick]) -> Iterator[StageBlock | SingleTick]:
+    def through(self, ticks: SensedRows) -> Iterator[StageBlock | SingleTick]:
         """Advance by ticks in a row, in blocks where that can be.
 
         Args:
@@ -51,9 +50,13 @@ class TickEstimator:
             What the estimator makes of them, block by block or tick by tick.
 
         Raises:
-            ConfigError: The robot has other legs or joints than a tick.
+            ConfigError: The robot has other legs or joints than the ticks.
         """
-        feet = self._feet_of(ticks)
+        if len(ticks) and ticks.sizes != self._sizes:
+            self._check(*ticks.sizes)
+        feet = None
+        if isinstance(self._kinematics, OneShaftKinematics):  # the same as of each tick
+            feet = self._kinematics.feet(ticks.joints.angle_rad, ticks.joints.rate_rad_s)
         at = 0
         while at < len(ticks):
             block = None
@@ -68,19 +71,9 @@ class TickEstimator:
             if feet is not None:
                 known = FootMotion(feet.position_m[at], feet.velocity_m_s[at])
             before = self.memory
-            estimate = self.step(ticks[at], known)
+            estimate = self.step(ticks.tick(at), known)
             yield SingleTick(before, self.memory, estimate)
             at += 1
-
-    def _feet_of(self, ticks: Sequence[SensedTick]) -> FootMotion | None:
-        """Feet of many ticks at once, (T, N, 3), the same as of each; None where it is not certain."""
-        usual = all(
-            (len(tick.forces.force_n), len(tick.joints.angle_rad)) == self._sizes for tick in ticks
-        )
-        if not (ticks and usual and isinstance(self._kinematics, OneShaftKinematics)):
-            return None
-        angles = np.array([tick.joints.angle_rad for tick in ticks])
-        return self._kinematics.feet(angles, np.array([tick.joints.rate_rad_s for tick in ticks]))
 
     def step(self, tick: SensedTick, feet: FootMotion | None = None) -> Estimate:
         """Advance by a tick.

@@ -16,6 +16,7 @@ from model.estimator.sources import ABSOLUTE
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.estimate import Estimate, EstimatorState, paired_covariance
 from model.values.tick import SensedTick
+from model.values.tick_rows import ForceRows, SensedRows
 from record.log.blocks.read import read_log
 from record.log.reader import LogContents, StampedTick
 from record.log.recording import Recording
@@ -165,11 +166,11 @@ class Tracker:
         """
         return self._estimator.step(self._shown(tick))
 
-    def take_block(self, unix_ns: Sequence[int], ticks: Sequence[SensedTick]) -> None:
+    def take_block(self, unix_ns: Sequence[int], ticks: SensedRows) -> None:
         """Advance by ticks that were at UNIX times, and keep the estimates: as ``take``."""
         self._unix_ns += unix_ns
         began = time.perf_counter_ns()
-        for part in self._estimator.through([self._shown(tick) for tick in ticks]):
+        for part in self._estimator.through(self._rows_shown(ticks)):
             count = 1
             if isinstance(part, SingleTick):
                 self._keep(part)
@@ -196,6 +197,15 @@ class Tracker:
         if self._no_imu and tick.imu:
             tick = replace(tick, imu=())
         return tick
+
+    def _rows_shown(self, ticks: SensedRows) -> SensedRows:
+        """What of ticks the estimator may know."""
+        if self._no_forces:
+            nothing = no_forces(ticks.sizes[0])
+            ticks = replace(ticks, forces=ForceRows.stacked([nothing] * len(ticks)))
+        if self._no_imu:
+            ticks = replace(ticks, imu=[()] * len(ticks))
+        return ticks
 
     def _keep(self, tick: SingleTick) -> None:
         self._estimates.add(tick.estimate)
@@ -291,7 +301,7 @@ def track_log(
     log_contents = contents if contents is not None else LogContents()
     trackers: list[Tracker] = []
 
-    def take(unix_ns: Sequence[int], ticks: Sequence[SensedTick]) -> None:
+    def take(unix_ns: Sequence[int], ticks: SensedRows) -> None:
         if not trackers:  # the robot file comes before the first tick
             config = believed_robot(given, log_contents.config_text, robot)
             trackers.append(

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from gap.worker_pool import worker_pool
 from model.errors import ConfigError, RecordError
-from record.log.blocks.tick_columns import sensed_messages
+from record.log.blocks.sensed_columns import sensed_messages
 from record.log.blocks.tick_forms import FormBook
 from record.log.reader import LogContents, read_tick_messages
 from record.log.salvage import DAMAGE
@@ -47,10 +47,10 @@ def estimates_as_recorded(path: Path, config: RobotConfig) -> int:
     with suppress(RecordError, ConfigError, *DAMAGE):
         while block := list(islice(messages, BLOCK_TICKS)):
             machine = contents.machine(decode_tick(block[0]))
-            for data, (number, tick, begin) in zip(
-                block, sensed_messages(block, machine, book), strict=True
-            ):
-                if number != count or not estimates_the_same(estimator.step(tick), data, begin):
+            numbers, begins, ticks = sensed_messages(block, machine, book)
+            for k, data in enumerate(block):
+                estimate = estimator.step(ticks.tick(k))
+                if numbers[k] != count or not estimates_the_same(estimate, data, begins[k]):
                     return count
                 count += 1
     return count

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.estimator.block.columns import BlockFields
-from model.values.arrays import IntArray
+from model.values.arrays import BoolArray, IntArray
 from model.values.estimate import Estimate, Health
+from model.values.tick import Tick
 from record.log.blocks.tick_outputs import same_estimates
 from record.log.estimate_message import EstimateFields, ListedEstimates
 from record.log.tick_message import says_the_same
@@ -95,23 +96,43 @@ class _Chosen:
         return [every[place] for place in self._places]
 
 
-def estimates_as_recorded(block: SteppedBlock, estimator: TickEstimator) -> Estimate | None:
-    """Estimate a block of stepped ticks; return the last estimate if all are as recorded in every bit.
+class ComparedBlock:
+    """A block of stepped ticks with their estimates, beside what the log says.
 
     Args:
-        block: The ticks, stepped without an estimator.
-        estimator: It remembers the tick before.
+        block: The ticks.
+        estimator: It remembers the tick before; None where none is wished.
     """
-    made = EstimatedTicks(list(estimator.through([tick.sensed for tick in block.ticks])))
-    same = np.zeros(len(block.ticks), dtype=bool)
-    for places, columns in block.groups:
-        at = np.array(places)
-        if at[-1] < len(same):
-            whole = len(at) == len(same)
-            same[at] = same_estimates(columns, made if whole else _Chosen(made, at))
-    for place in np.flatnonzero(~same).tolist():
-        tick, message = block.ticks[place], block.messages[place]
-        now = replace(tick, estimate=made.estimate(place))
-        if not says_the_same(now, message.data, block.recorded[place].end, message.layout):
-            return None
-    return made.estimate(len(same) - 1)
+
+    def __init__(self, block: SteppedBlock, estimator: TickEstimator | None) -> None:
+        self.block = block
+        self._made: EstimatedTicks | None = None
+        if estimator is not None:
+            ticks = (part.sensed for part in block.parts)
+            self._made = EstimatedTicks([made for own in ticks for made in estimator.through(own)])
+
+    @property
+    def newest(self) -> Estimate | None:
+        """The last estimate."""
+        return None if self._made is None else self._made.estimate(len(self.block) - 1)
+
+    def tick(self, place: int) -> Tick:
+        """Return today's tick."""
+        tick = self.block.tick(place)
+        return tick if self._made is None else replace(tick, estimate=self._made.estimate(place))
+
+    def same(self) -> BoolArray:
+        """Which ticks are as recorded in every bit, (B,)."""
+        block, count = self.block, len(self.block)
+        same, alike = block.same(), np.zeros(count, dtype=bool)
+        for places, columns in block.groups:
+            at = np.array(places)
+            if self._made is None:
+                alike[at[at < count]] = not columns.form.counts["estimate"]
+            elif at[-1] < count:
+                chosen = self._made if len(at) == count else _Chosen(self._made, at)
+                alike[at] = same_estimates(columns, chosen)
+        for place in np.flatnonzero(same & ~alike).tolist():
+            message, end = block.messages[place], block.ends[place]
+            same[place] = says_the_same(self.tick(place), message.data, end, message.layout)
+        return same

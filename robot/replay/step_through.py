@@ -8,7 +8,6 @@ from model.values.faults import SERVO_EVENTS, Fault, FaultKind, ServoEvent
 from model.values.tick import Inputs, Tick
 from record.log.reader import TopicMessage, damaged, sound
 from record.log.tick_message import TickInputs, decode_inputs
-from robot.control.ahead import Ahead
 from robot.control.controller import Controller
 from robot.control.state import ControllerState
 
@@ -42,11 +41,8 @@ def step_recorded(
     recorded: TickInputs,
     controller: Controller,
     state: ControllerState,
-    ahead: Ahead | None = None,
 ) -> tuple[ControllerState, Tick]:
     """Step a controller by the inputs in a message.
-
-    What was computed of the tick beforehand, if anything, changes nothing.
 
     Raises:
         RecordError: The tick is damaged.
@@ -59,7 +55,7 @@ def step_recorded(
     inputs: Inputs = recorded.inputs
     if events:
         inputs = replace(inputs, servo_events=events)
-    return controller.step(state, inputs, recorded.t_ns, ahead)
+    return controller.step(state, inputs, recorded.t_ns)
 
 
 def in_order(

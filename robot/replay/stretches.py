@@ -21,7 +21,7 @@ from robot.control.controller import Controller
 from robot.control.state_bytes import bytes_of_state, state_of_bytes
 from robot.control.tick_estimator import TickEstimator
 from robot.replay.blocks import step_in_blocks
-from robot.replay.estimated import estimates_as_recorded
+from robot.replay.estimated import ComparedBlock
 from robot.run.rebuilt import RecordedRun, rebuild_controller, recorded_run
 
 Texts = tuple[tuple[str, str], ...]
@@ -125,14 +125,15 @@ def _replay_stretch(task: StretchTask) -> StretchDone:
     messages, gaps = read_stretch(path, contents, stretch), list[str]()
     newest: Estimate | None = None
     for block in step_in_blocks(path, messages, controller, gaps, state, index):
-        if gaps or not all(block.same(estimate=False)):
+        if gaps:
             raise DifferentError
-        newest = estimates_as_recorded(block, estimator)
-        if newest is None:
+        compared = ComparedBlock(block, estimator)
+        if not compared.same().all():
             raise DifferentError
-        first_ns = first_ns if index > stretch.begin else block.ticks[0].t_ns
-        now_ns, state = block.ticks[-1].t_ns, block.state
-        index += len(block.ticks)
+        begin_ns, now_ns = block.times_ns
+        first_ns = first_ns if index > stretch.begin else begin_ns
+        newest, state = compared.newest, block.state
+        index += len(block)
     if gaps:
         raise DifferentError
     whole = index == stretch.end if stretch.end is not None else index > stretch.begin

@@ -21,7 +21,7 @@ from record.log.reader import (
     read_tick_messages,
     sound,
 )
-from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says_the_same
+from record.log.tick_message import decode_inputs, decode_tick, says_the_same
 from robot.config.robot_file import RobotConfig
 from robot.console.processes import worth_processes
 from robot.control.controller import Controller
@@ -29,6 +29,7 @@ from robot.control.tick_estimator import TickEstimator
 from robot.replay.beside import estimator_beside
 from robot.replay.blocks import step_in_blocks
 from robot.replay.compare import ComparedRun, Comparison
+from robot.replay.estimated import ComparedBlock
 from robot.replay.fields import FIELDS
 from robot.replay.step_through import in_order
 from robot.replay.stretches import replay_stretches
@@ -100,7 +101,7 @@ def replay_log(
                 return whole
             contents.progress.begin_again()
             messages = read_tick_messages(path, contents)
-        rebuilt = rebuild_controller(contents, config, gait)
+        rebuilt = rebuild_controller(contents, config, gait, estimate=False)
         began = time.perf_counter()
         controller = rebuilt.controller
         robot = controller.config
@@ -114,16 +115,14 @@ def replay_log(
         start_ns = now_ns = decode_inputs(first_message.data, first_message.layout).t_ns
     comparison = Comparison(fields, robot.parameters.legs.names, scale, start_ns)
     equal_bits = 0
-    for message, recorded, tick, same in steps:
-        now_ns = tick.t_ns
+    for t_ns, different in steps:
+        now_ns = t_ns
         # the same bits need no second look, and taking a message apart costs more than making one
-        if same:
+        if different is None:
             comparison.add_equal()
             equal_bits += 1
         else:
-            with sound(path, message):
-                then = decode_tick(message.data, message.layout, recorded)
-            comparison.add(then, tick)
+            comparison.add(*different)
     if contents.damage:
         notes.append(f"the file is {contents.damage}")
     if comparison.ticks == 0:
@@ -163,10 +162,10 @@ def _replay_in_two(
     try:
         with estimator_beside(path, config) as estimated:
             for block in step_in_blocks(path, messages, rebuilt.controller, notes):
-                if not all(block.same(estimate=False)):
+                if not block.same().all():
                     raise _DifferentError
-                start_ns = start_ns if ticks else block.ticks[0].t_ns
-                now_ns, ticks = block.ticks[-1].t_ns, ticks + len(block.ticks)
+                begin_ns, now_ns = block.times_ns
+                start_ns, ticks = start_ns if ticks else begin_ns, ticks + len(block)
                 if estimated.done() and estimated.result() < ticks:
                     raise _DifferentError
             if estimated.result() < ticks or not ticks:
@@ -208,19 +207,30 @@ def _in_stretches(
     )
 
 
-Compared = tuple[TopicMessage, TickInputs, Tick, bool]
+# Time of a tick; as recorded, and today's, if they are not the same in every bit.
+Compared = tuple[int, tuple[Tick, Tick] | None]
 
 
 def _compared(
     path: Path, messages: Iterable[TopicMessage], controller: Controller, notes: list[str]
 ) -> Iterator[Compared]:
-    """Step a controller through recorded inputs; yield today's ticks, and whether the log says the same.
+    """Step a controller, and its estimator, through recorded inputs.
 
     Raises:
         RecordError: A tick is damaged.
     """
+    config = controller.config
+    estimator = TickEstimator(config) if config.estimator.enabled else None
     for block in step_in_blocks(path, messages, controller, notes):
-        yield from zip(block.messages, block.recorded, block.ticks, block.same(), strict=False)
+        compared = ComparedBlock(block, estimator)
+        for place, same in enumerate(compared.same().tolist()):
+            message, different = block.messages[place], None
+            if not same:
+                recorded = block.recorded(place)
+                with sound(path, message):
+                    then = decode_tick(message.data, message.layout, recorded)
+                different = then, compared.tick(place)
+            yield block.time_ns(place), different
 
 
 def _estimate_through(
@@ -237,7 +247,7 @@ def _estimate_through(
             tick = decode_tick(message.data, message.layout, recorded)
         now = replace(tick, estimate=estimator.step(tick.sensed))
         same = says_the_same(now, message.data, recorded.end, message.layout)
-        yield message, recorded, now, same
+        yield tick.t_ns, None if same else (tick, now)
 
 
 def _check_estimate(path: Path, first_message: TopicMessage, gait: str | None) -> None:

@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaits.catalog import make_gait
-from gaits.gait import TURN, Gait
+from gaits.gait import TURN, Gait, ShaftMotion
 from gaits.moves import AIR_RAD, SMALLEST_MOVE_RAD, LegMoves, MovePace
 from gaits.plan import Hold, Ramp, Walking
+from model.values.arrays import FloatArray
 from robot.config.robot_file import load_robot
 
 ROBOT = load_robot().parameters
@@ -169,26 +170,32 @@ def test_goals_of_many_times_are_those_of_each_to_the_bit(
     steered = straight.steered(7 * MS, steer)
     for plan in (straight, steered, steered.slowing(9000 * MS)):
         times = [(begin_ms + 11 * k) * MS + k for k in range(9)]
-        goals = plan.ahead(times)
-        # the metachronal gait is a spline: numpy may take many numbers at once in another order
-        assert bool(goals) == (plan.steer.done(times[0]) and name == "tripod")
-        for t_ns, one in zip(times, goals, strict=bool(goals)):
+        goals = plan.rows(times)
+        for k, t_ns in enumerate(times):
             angle_rad, rate_rad_s = plan.at(t_ns)
-            assert (one.plan, one.t_ns, one.phase) == (plan, t_ns, plan.phase(t_ns))
-            assert one.angle_rad.tobytes() == angle_rad.tobytes()
-            assert one.rate_rad_s.tobytes() == rate_rad_s.tobytes()
+            assert goals.phase[k] == plan.phase(t_ns)
+            assert goals.angle_rad[k].tobytes() == angle_rad.tobytes()
+            assert goals.rate_rad_s[k].tobytes() == rate_rad_s.tobytes()
 
 
-def test_of_a_gait_that_is_not_known_to_be_the_same_many_times_at_once_there_are_none() -> None:
+def test_a_gait_of_somebody_elses_code_is_asked_once_for_each_time() -> None:
+    """It may have been written for one time alone."""
     plan = started("tripod")
-    assert plan.ahead([0])
-    assert replace(plan, gait=SomebodysGait(plan.gait)).ahead([0]) == []
+    asked = SomebodysGait(plan.gait)
+    goals = replace(plan, gait=asked).rows([0, 11 * MS])
+    assert goals.angle_rad[1].tobytes() == plan.at(11 * MS)[0].tobytes()
+    assert asked.phases == [plan.phase(0), plan.phase(11 * MS)]
 
 
 class SomebodysGait:
     """A gait of somebody else's code."""
 
     def __init__(self, gait: Gait) -> None:
-        self.name, self.start_phase, self.motion = gait.name, gait.start_phase, gait.motion
+        self.name, self.start_phase = gait.name, gait.start_phase
+        self._gait, self.phases = gait, list[FloatArray | float]()
         self.peaks, self.stance = gait.peaks, gait.stance
         self.frequency_hz = 0.1
+
+    def motion(self, phase: FloatArray | float, steer: float) -> ShaftMotion:
+        self.phases.append(phase)
+        return self._gait.motion(phase, steer)

@@ -47,7 +47,8 @@ def must_be(stacked: StackedTicks, ticks: Sequence[Tick], machine: MachineNames)
         assert (own.dtype, own.shape) == (theirs.dtype, theirs.shape), name
         np.testing.assert_array_equal(own, theirs, err_msg=name)
     assert stacked.faults == expected.faults
-    assert same(stacked.sensed, tuple(tick.sensed for tick in ticks))
+    sensed = tuple(stacked.sensed) if stacked.sensed is not None else ()
+    assert same(sensed, tuple(tick.sensed for tick in ticks))
 
 
 @given(st.lists(st.integers(0, 12), min_size=1, max_size=40), st.integers(2, 9))

@@ -105,6 +105,24 @@ class Columns:
         return plain
 
 
+def in_order(
+    count: int, parts: Sequence[tuple[IntArray | list[int], NDArray[Any]]]
+) -> NDArray[Any]:
+    """Columns of several forms as one, each row at its place.
+
+    Args:
+        count: Rows of it; those of no part are 0.
+        parts: Places, and a row for each; at least one part.
+    """
+    places, first = parts[0]
+    if len(first) == count:
+        return first
+    whole = np.zeros((count, *first.shape[1:]), first.dtype)
+    for places, column in parts:
+        whole[places] = column
+    return readonly(whole)
+
+
 def form_of(data: bytes, definitions: Mapping[str, str], name: str) -> MessageForm:
     """Find the form of a message.
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from model.values.machine_names import MachineNames
-from model.values.tick import SensedTick, Tick
+from model.values.tick import Tick
+from model.values.tick_rows import SensedRows
 from record.log.blocks.tick_columns import stack_messages
 from record.log.blocks.tick_forms import FormBook
 from record.log.reader import LogContents, TopicMessage, damage_of, nothing_left, read_tick_messages
@@ -19,7 +20,7 @@ from record.log.tick_message import decode_tick
 
 BLOCK_TICKS = 1024  # a power of two: thinned by halves, blocks stay in step
 NO_MACHINE = MachineNames((), ())
-Take = Callable[[Sequence[int], Sequence[SensedTick]], None]
+Take = Callable[[Sequence[int], SensedRows], None]
 
 
 def read_blocks(
@@ -107,7 +108,7 @@ class _Blocks:
         unix_ns = np.array([message.unix_ns for message in messages])[stacked.kept]
         if self._start_unix_ns is None:
             self._start_unix_ns = contents.start_unix_ns(int(unix_ns[0]))
-        if take is not None:
+        if take is not None and stacked.sensed is not None:
             take(unix_ns.tolist(), stacked.sensed)
         return recording_of(
             {"t_s": (unix_ns - self._start_unix_ns) * 1e-9, **stacked.arrays},

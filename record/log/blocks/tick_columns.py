@@ -4,40 +4,29 @@ What comes out is what ``build_recording`` makes of the same ticks, to the bit. 
 rare form or with anything unusual in them are taken apart one by one.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
 from types import MappingProxyType
-from typing import Any, NamedTuple, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from model.values.arrays import BoolArray
+from model.values.arrays import BoolArray, IntArray
 from model.values.faults import Fault, FaultKind
-from model.values.legs import FootForces, JointState
 from model.values.machine_names import MachineNames
-from model.values.readings import ImuRecord, PoseRecord
-from model.values.tick import SensedTick
-from record.log.blocks.message_form import Columns, form_of
-from record.log.blocks.tick_forms import TICK, FormBook
+from model.values.tick_rows import SensedRows
+from record.log.blocks.message_form import Columns
+from record.log.blocks.sensed_columns import feet_of, joined_rows, sensed_rows
+from record.log.blocks.tick_forms import FormBook
 from record.log.reader import TopicMessage
 from record.log.recording import STACKS
 from record.log.salvage import DAMAGE
-from record.log.tick_message import LAYOUT, TICK_DEFINITIONS, decode_tick
+from record.log.tick_message import LAYOUT, decode_tick
 
 _DIAGONAL = [0, 2, 5]  # of a covariance whose lower half is kept row by row
-_JOINTS = (
-    "angle_rad",
-    "rate_rad_s",
-    "current_a",
-    "duty",
-    "voltage_v",
-    "temperature_c",
-    "joints_valid",
-)
 Take = Callable[[Columns], NDArray[Any]]
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +45,7 @@ class StackedTicks:
     kept: BoolArray
     faults: tuple[tuple[int, Fault], ...]
     broken: tuple[tuple[int, Exception], ...]
-    sensed: tuple[SensedTick, ...] = ()
+    sensed: SensedRows | None = None
 
 
 def _of(name: str) -> Take:
@@ -65,11 +54,7 @@ def _of(name: str) -> Take:
 
 def _rows(name: str, width: int) -> Take:
     """A field of each foot, (B, N, width)."""
-    return lambda columns: _feet(columns.of(name), width)
-
-
-def _feet(values: NDArray[Any], width: int) -> NDArray[Any]:
-    return values.reshape(len(values), values.shape[1] // width, width)
+    return lambda columns: feet_of(columns.of(name), width)
 
 
 def _beside(*parts: Callable[[Columns], NDArray[Any]]) -> Take:
@@ -172,14 +157,14 @@ def stack_messages(
     legs, joints = len(machine.legs), len(machine.joints)
     arrays = {name: stack.empty(len(messages), legs, joints) for name, stack in STACKS.items()}
     left = np.ones(len(messages), dtype=bool)
-    sensed: dict[int, SensedTick] = {}
+    sensed: list[tuple[IntArray | list[int], SensedRows]] = []
     faults: list[tuple[int, tuple[Fault, ...]]] = []
     if all(message.layout == LAYOUT for message in messages):
         for places, columns in book.groups([message.data for message in messages], machine):
             left[places] = False
             faults += zip(places.tolist(), _faults(columns), strict=True)
             if with_sensed:
-                sensed.update(zip(places.tolist(), _sensed(columns), strict=True))
+                sensed.append((places, sensed_rows(columns)))
             for name, take in TAKEN.items():
                 values = take(columns)
                 if values.size:
@@ -192,8 +177,8 @@ def stack_messages(
             broken.append((place, error))
         else:
             alone.append(place)
-    if with_sensed:
-        sensed.update(zip(alone, (tick.sensed for tick in ticks), strict=True))
+    if ticks and with_sensed:
+        sensed.append((alone, SensedRows.stacked([tick.sensed for tick in ticks])))
     if ticks:
         for name, stack in STACKS.items():
             arrays[name][alone] = stack.of(ticks, legs, joints)
@@ -206,47 +191,11 @@ def stack_messages(
     )
     if broken:
         arrays = {name: values[kept] for name, values in arrays.items()}
-    in_order = tuple(tick for _, tick in sorted(sensed.items()))
-    return StackedTicks(arrays, kept, in_row, tuple(broken), in_order)
-
-
-class SensedMessage(NamedTuple):
-    """What an estimator needs of a tick's message.
-
-    Attributes:
-        number: That of the tick.
-        tick: What was sensed in it.
-        estimate_at: Where its estimate begins, counted from behind the header.
-    """
-
-    number: int
-    tick: SensedTick
-    estimate_at: int
-
-
-def sensed_messages(
-    messages: Sequence[bytes], machine: MachineNames, book: FormBook
-) -> list[SensedMessage]:
-    """Return what was sensed in ticks of today's layout.
-
-    Args:
-        messages: The ticks.
-        machine: Names of joints and legs.
-        book: Forms met so far in this log; learns new ones.
-
-    Raises:
-        ValueError: One is damaged.
-    """
-    sensed: dict[int, SensedMessage] = {}
-    for places, columns in book.groups(messages, machine):
-        index, begin = columns.of("index").tolist(), columns.form.begins["estimate"]
-        for place, number, tick in zip(places.tolist(), index, _sensed(columns), strict=True):
-            sensed[place] = SensedMessage(number, tick, begin)
-    for place, data in enumerate(messages):
-        if place not in sensed:
-            whole, form = decode_tick(data), form_of(data, TICK_DEFINITIONS, TICK)
-            sensed[place] = SensedMessage(whole.index, whole.sensed, form.begins["estimate"])
-    return [sensed[place] for place in range(len(messages))]
+    rows = None
+    if sensed:
+        every = np.array(row)  # of what is kept, that at each place
+        rows = joined_rows(int(kept.sum()), [(every[places], own) for places, own in sensed])
+    return StackedTicks(arrays, kept, in_row, tuple(broken), rows)
 
 
 def _faults(columns: Columns) -> list[tuple[Fault, ...]]:
@@ -261,36 +210,3 @@ def _faults(columns: Columns) -> list[tuple[Fault, ...]]:
             for code, *texts in zip(kind.tolist(), source, detail, strict=True)
         ])  # fmt: skip
     return list(zip(*by_number, strict=True)) if by_number else [()] * len(columns)
-
-
-def _sensed(columns: Columns) -> Iterator[SensedTick]:
-    """What was sensed in each tick."""
-    t_ns = columns.of("t_ns").tolist()
-    joints = zip(columns.of("joints_t_ns").tolist(), *map(columns.of, _JOINTS), strict=True)
-    forces = zip(
-        columns.of("forces_t_ns").tolist(), _rows("force_n", 3)(columns), columns.of("force_valid"),
-        strict=True,
-    )  # fmt: skip
-    poses, imu = (
-        records_of(columns, "pose_records", PoseRecord),
-        records_of(columns, "imu_records", ImuRecord),
-    )
-    for row, (now_ns, joint, force) in enumerate(zip(t_ns, joints, forces, strict=True)):
-        yield SensedTick(now_ns, JointState(*joint), FootForces(*force), poses[row], imu[row])
-
-
-def records_of(columns: Columns, name: str, make: type[T]) -> list[tuple[T, ...]]:
-    """Return the records of one sequence in each tick, oldest first."""
-    count = columns.form.counts[name]
-    if not count:
-        return [()] * len(columns)
-    begin = f"{name}.0."
-    fields = [
-        field.removeprefix(begin) for field in columns.form.places if field.startswith(begin)
-    ]  # in the order of the dataclass, which is that of the message
-    by_number = []
-    for number in range(count):
-        values = (columns.of(f"{name}.{number}.{field}") for field in fields)
-        listed = (one.tolist() if one.ndim == 1 else one for one in values)
-        by_number.append([make(*row) for row in zip(*listed, strict=True)])
-    return list(zip(*by_number, strict=True))

@@ -4,26 +4,22 @@ What comes out is what ``says_the_same`` tells of each tick. Where it is not cer
 tick is to be asked by itself.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from operator import attrgetter
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.values.arrays import BoolArray
-from model.values.tick import Tick
 from record.log.blocks.message_form import Columns, FieldPlace
 from record.log.cdr import HEADER
 from record.log.estimate_message import (
     EstimateFields,
-    ListedEstimates,
     estimate_columns,
-    one_behind_the_other,
 )
 from record.log.tick_message import OUTPUT_PLACES
 
-_OUTPUTS = tuple((name, attrgetter(where)) for name, where in OUTPUT_PLACES.items())
+_CODES = ("mode", "stop_reason")
 NOTHING_BEHIND = 4  # bytes of the length of a sequence of none
 
 
@@ -65,40 +61,51 @@ class _Expected:
         self.table[:, place.at : place.at + rows.shape[1]] = rows
 
 
-def same_outputs(recorded: Columns, ticks: Sequence[Tick], *, estimate: bool = True) -> BoolArray:
-    """Which ticks are certainly as recorded, (B,).
+class OutputFields(Protocol):
+    """Outputs of B ticks of one robot, but for estimates, each in all of them at once."""
+
+    def __len__(self) -> int:
+        """B."""
+        ...
+
+    @property
+    def faulty(self) -> BoolArray:
+        """Which ticks have a fault, (B,)."""
+        ...
+
+    def column(self, name: str) -> NDArray[Any]:
+        """Return an output in numbers, (B, ...); its names are places in a ``Tick``; codes of modes."""
+        ...
+
+    def texts(self, name: str) -> list[str]:
+        """Return a text of each."""
+        ...
+
+
+def same_outputs(recorded: Columns, outputs: OutputFields) -> BoolArray:
+    """Which ticks are certainly as recorded, but for their estimates, (B,).
 
     Args:
         recorded: Their messages.
-        ticks: Today's, from the inputs in the messages.
-        estimate: Whether estimates are compared, too.
+        outputs: Today's, from the inputs in the messages.
     """
     form = recorded.form
-    estimates = [tick.estimate for tick in ticks if tick.estimate is not None]
-    nothing = np.zeros(len(ticks), dtype=bool)
-    if form.counts["faults"] or any(tick.faults for tick in ticks):
-        return nothing
-    if estimate and len(estimates) != form.counts["estimate"] * len(ticks):
-        return nothing
+    if form.counts["faults"]:
+        return np.zeros(len(recorded), dtype=bool)
     expected = _Expected(recorded)
-    lay, texts = expected.numbers, expected.texts
-    for name, value_of in _OUTPUTS:
-        column = list(map(value_of, ticks))
+    for name, where in OUTPUT_PLACES.items():
         if form.places[name].kind is None:
-            texts(name, column)
+            expected.texts(name, outputs.texts(where))
         else:
-            lay(name, one_behind_the_other(column))
-    lay("mode", np.array([tick.mode.value for tick in ticks]))
-    lay("stop_reason", np.array([tick.stop_reason.value for tick in ticks]))
+            expected.numbers(name, outputs.column(where))
+    for name in _CODES:
+        expected.numbers(name, outputs.column(name))
     end = len(HEADER) + form.begins["faults"] + NOTHING_BEHIND
-    if estimate and estimates:
-        lay_estimates(lay, texts, ListedEstimates(estimates))
-        end = form.size
-    begin = form.places["joints_t_ns"].at
-    codes = [form.places[name].at for name in ("mode", "stop_reason")]
+    begin, codes = form.places["joints_t_ns"].at, [form.places[name].at for name in _CODES]
     there, here = recorded.table, expected.table
     same: BoolArray = (
         expected.same
+        & ~outputs.faulty
         & (there[:, begin:end] == here[:, begin:end]).all(axis=1)
         & (there[:, codes] == here[:, codes]).all(axis=1)
     )

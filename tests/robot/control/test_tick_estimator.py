@@ -10,8 +10,10 @@ import pytest
 
 from model.errors import ConfigError
 from model.values.estimate import Estimate
+from model.values.legs import JointState
 from model.values.readings import ImuRecord, PoseRecord
 from model.values.tick import SensedTick
+from model.values.tick_rows import JointRows, SensedRows
 from record.exact_values import encode_values
 from record.log.reader import LogContents, read_stamped_ticks
 from robot.config.robot_file import RobotConfig
@@ -19,6 +21,7 @@ from robot.control.tick_estimator import SingleTick, TickEstimator
 from robot.run.rebuilt import config_of
 
 TICKS = 400
+JOINTS = JointRows.__slots__[1:]
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +40,7 @@ def estimated(
     estimator, said, alone, at, turn = TickEstimator(config, blocks=True), list[Estimate](), 0, 0, 0
     while at < len(ticks):
         part = ticks[at : at + sizes[turn % len(sizes)]]
-        for made in estimator.through(part):
+        for made in estimator.through(SensedRows.stacked(part)):
             if isinstance(made, SingleTick):
                 alone += 1
                 said.append(made.estimate)
@@ -88,7 +91,10 @@ def test_a_slow_loop_is_gone_through_tick_by_tick(
 
 def test_ticks_of_another_robot_are_refused(walked: tuple[RobotConfig, list[SensedTick]]) -> None:
     config, ticks = walked
-    fewer = replace(ticks[9].joints, angle_rad=ticks[9].joints.angle_rad[:5])
+    joints = JointRows.stacked([ticks[9].joints])
+    fewer = JointState(joints.t_ns[0], *(getattr(joints, name)[0, :5] for name in JOINTS))
+    other = SensedRows.stacked([replace(ticks[9], joints=fewer)])
     with pytest.raises(ConfigError, match="6 joints, the log 5"):
-        list(TickEstimator(config, blocks=True).through([replace(ticks[9], joints=fewer)]))
-    assert list(TickEstimator(config).through([])) == []
+        list(TickEstimator(config, blocks=True).through(other))
+    nothing = SensedRows.stacked(ticks[:1]).part(slice(0))
+    assert list(TickEstimator(config).through(nothing)) == []
