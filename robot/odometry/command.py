@@ -64,6 +64,8 @@ def odom(request: OdomRequest) -> ExitCode:
         complain(
             f"{path} holds no robot file: taken for a BigANT; give its robot file with --robot"
         )
+    if contents.damage:
+        complain(f"{path} is {contents.damage}; the estimate knows nothing of what is missing")
     for note in unused_notes(tracked.config.effects):
         complain(note)
     fitted, stride_m, stride_from = None, np.nan, OWN_TRUTH

@@ -95,6 +95,22 @@ def test_a_cut_log_is_still_shown(
     assert "cut or damaged" in capsys.readouterr().out
 
 
+def test_odometry_of_a_damaged_log_says_what_is_missing(
+    short_walk: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = bytearray(short_walk.read_bytes())
+    assert bigant("odom", str(short_walk)) == ExitCode.OK
+    assert "damaged" not in capsys.readouterr().err
+    middle = slice(len(data) // 2, len(data) // 2 + 50)
+    data[middle] = bytes(50)
+    broken = tmp_path / "broken.mcap"
+    broken.write_bytes(data)
+    bigant("odom", str(broken))
+    said = capsys.readouterr().err
+    assert "cut or damaged" in said
+    assert "the estimate knows nothing of what is missing" in said
+
+
 def test_readonly_listens_and_logs(tmp_path: Path) -> None:
     path = tmp_path / "listen.mcap"
     code = bigant("drive", "--virtual-time", "--readonly", "--duration", "0.5", "--log", str(path))
