@@ -4,8 +4,9 @@ No command depends on an estimate, so a block of ticks can be estimated after it
 without an object for each tick.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -33,13 +34,20 @@ class EstimatedTicks:
     """
 
     def __init__(self, parts: Sequence[Part]) -> None:
-        self._parts = parts
-        self._fields: list[EstimateFields] = [
-            ListedEstimates([part.estimate])
-            if isinstance(part, SingleTick)
-            else BlockFields(part.block)
-            for part in parts
-        ]
+        self._fields: list[EstimateFields] = []
+        self._estimates: list[Callable[[int], Estimate]] = []  # of each of these, one by its number
+        for _, own in groupby(parts, type):
+            singles, blocks = list[Estimate](), list[StageBlock]()
+            for part in own:
+                if isinstance(part, SingleTick):
+                    singles.append(part.estimate)
+                else:
+                    blocks.append(part)
+            if singles:
+                self._fields.append(ListedEstimates(singles))
+                self._estimates.append(singles.__getitem__)
+            self._fields += [BlockFields(part.block) for part in blocks]
+            self._estimates += [part.estimate for part in blocks]
 
     def __len__(self) -> int:
         return sum(map(len, self._fields))
@@ -59,9 +67,9 @@ class EstimatedTicks:
 
     def estimate(self, place: int) -> Estimate:
         """Return one by itself."""
-        for part, of in zip(self._parts, self._fields, strict=True):
+        for of, estimate in zip(self._fields, self._estimates, strict=True):
             if place < len(of):
-                return part.estimate if isinstance(part, SingleTick) else part.estimate(place)
+                return estimate(place)
             place -= len(of)
         raise IndexError(place)
 
