@@ -11,15 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.constants import ENERGY_LEVEL, FALSE_ALARMS, WORTH_NATS
+from gap.constants import ENERGY_LEVEL, FALSE_ALARMS, SHOWN
 from gap.diagnosis.detectable import Detectable
 from gap.residuals.chances import promised
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
 from gap.search.healthy_search import HealthySearch
-from gap.search.options import CAUSE_LEVEL
+from gap.search.options import CAUSE_LEVEL, worth_size
 from gap.search.screen import Signatures
+from model.values.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,21 +63,25 @@ def detect(evidence: Evidence, healthy: Sequence[Healthy], p_cause: float) -> De
 
 
 def detectable(
-    signatures: Signatures, search: HealthySearch | None, trials: Sequence[str]
+    evidence: Evidence, signatures: Signatures, search: HealthySearch | None, residual: FloatArray
 ) -> tuple[Detectable, ...]:
     """Return the smallest size of each effect's parameters that would have shown, at its blindest joint.
 
-    Sizes are to first order, by the rule that names causes: beyond the noise of the trials and, where
-    references were searched, beyond their scatter. There are trials of these gaits to fit to.
+    Sizes are to first order, by the rule that names a first cause: beyond the noise of the trials and,
+    where references were searched, beyond their scatter and that of the trials. So large a cause is named
+    in 90 % (``SHOWN``) of the sets of trials that scatter as these do. The residual is what the named
+    causes leave of the trials, (F, C).
     """
-    beyond_noise = np.sqrt(2.0 * (WORTH_NATS + 1.0))
+    blocks = len(evidence.starts)
     spreads: dict[int, float] = {}
     for one in signatures.each:
+        parameters = len(one.candidate.effect.parameters)
         for row in one.rows if one.offset < 0 else ():
             energy = float(signatures.matrix[row] @ signatures.matrix[row])
-            spreads[row] = beyond_noise / np.sqrt(energy)
+            spreads[row] = worth_size(parameters, blocks, float(SHOWN)) / np.sqrt(energy)
     if search is not None:
-        for one, place, size in search.visible_sizes(CAUSE_LEVEL, trials):
+        laid = search.left_in_trials(evidence, residual)
+        for one, place, size in search.visible_sizes(CAUSE_LEVEL, laid):
             spreads[one.rows[place]] = max(spreads[one.rows[place]], size)
     worst: dict[tuple[str, str], Detectable] = {}
     for one in signatures.each:

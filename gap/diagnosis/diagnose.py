@@ -229,9 +229,10 @@ def _diagnosis(
         held_out_trials=tuple(sorted({part.trial for part in study.held})),
         baselines=comparison.simpler(),
         detectable=detectable(
+            evidence,
             comparison.signatures,
             known.search if known else None,
-            [part.gait for part in study.fitted],
+            selection.fitted.residual,
         ),
         next=runs,
         new_commands=new_commands((*study.fitted, *study.held), study.references),

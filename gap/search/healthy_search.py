@@ -11,18 +11,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import special
 
 from gap.constants import OPEN_LEVEL, SHOWN
 from gap.residuals.chances import HeldOutChances, clearer, leave_each_out
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, nearest
+from gap.search.clear_size import clear_size
 from gap.search.days import day_variances, likeliest_day_share
 from gap.search.novelty import chance_of
 from gap.search.run_fits import FitsElsewhere, LaidRuns, RunFits, fits_of, lay, sizes_alike
-from gap.search.scatter import Scatter, UsualScatter, pooled, usual_scatter, variances_of
+from gap.search.scatter import Scatter, UsualScatter, usual_scatter, variances_of
 from gap.search.screen import Signature, Signatures
-from gap.search.sizes import Sizes, ahead_of, likeliest_share
+from gap.search.sizes import Sizes, likeliest_share
 from model.values.arrays import FloatArray
 
 FEWEST_SEEN = 3  # runs that show a change, from which its scatter counts
@@ -74,48 +74,45 @@ class HealthySearch:
         """Return what the chance of one candidate is worth, as the best of all that were tried."""
         return self.chances.calibrated(min(1.0, self.candidates * chance))
 
-    def visible_sizes(
-        self, level: float, trials: Sequence[str]
-    ) -> Iterator[tuple[Signature, int, float]]:
+    def left_in_trials(self, evidence: Evidence, residual: FloatArray) -> LaidRuns:
+        """Return the references, and the trials with what causes leave of them, (F, C)."""
+        laid = self.with_trials.first(len(self.references))
+        return laid.with_trials(evidence, self.signatures, residual)
+
+    def visible_sizes(self, level: float, laid: LaidRuns) -> Iterator[tuple[Signature, int, float]]:
         """Return each signature with a place in it and how many spreads of its parameter would be named.
 
         Args:
             level: Chance at which a cause is named.
-            trials: Gaits of the trials that there are to fit to.
+            laid: The references, and after them the trials.
         """
         needed = 0.5 * self.chances.needed(level) / self.candidates  # by one of two tests
-        for (own, others), (own_beside, others_beside) in zip(
-            self.alone.fits, self.beside.fits, strict=True
-        ):
-            if own.signature.offset >= 0:
+        views = zip(
+            fits_of(laid, self.signatures), fits_of(laid, self.signatures, self.days), strict=True
+        )
+        for alone, beside in views:
+            if alone[0].signature.offset >= 0:
                 continue
-            for place, direction in enumerate(np.eye(len(own.signature.rows))):
-                usual = self.alone.usual
-                alone = _visible(own, others, usual, direction, needed, trials)
-                hinted = _visible(own, others, usual, direction, float(OPEN_LEVEL), trials)
-                beside = _visible(
-                    own_beside, others_beside, self.beside.usual, direction, needed, trials
+            for place, direction in enumerate(np.eye(len(alone[0].signature.rows))):
+                by_itself, hinted = (
+                    self._visible(alone, self.alone.usual, direction, chance)
+                    for chance in (needed, float(OPEN_LEVEL))
                 )
-                yield own.signature, place, min(alone, max(beside, hinted))
+                beside_days = self._visible(beside, self.beside.usual, direction, needed)
+                yield alone[0].signature, place, min(by_itself, max(beside_days, hinted))
 
-
-def _visible(
-    own: RunFits, others: Sequence[RunFits], usual: UsualScatter, direction: FloatArray, needed: float,
-    trials: Sequence[str],
-) -> float:  # fmt: skip
-    """How many spreads of a parameter have a chance in healthy machines, as a rule."""
-    seen = Sizes(np.zeros(len(trials)), tuple(trials))
-    runs = range(len(own.gaits))
-    known = own.along(direction).taken(runs)
-    elsewhere = [other.along(direction).taken(runs) for other in others]
-    scatter = in_sizes(usual, own, direction)
-    one = pooled([known], elsewhere, scatter)
-    if not len(known) or one.free <= 0:
-        return float(np.inf)
-    level = needed / own.signature.candidate.forms
-    beyond = float(np.sqrt(special.fdtri(1, one.free, 1.0 - level)))
-    error = np.sqrt(one.variance * ahead_of(seen, known, scatter.gaits_differ)[1])
-    return float(error * (beyond + float(special.stdtrit(one.free, float(SHOWN)))))
+    def _visible(
+        self, fits: FitsElsewhere, usual: UsualScatter, direction: FloatArray, needed: float
+    ) -> float:
+        """How many spreads of a parameter have a chance in healthy machines, as a rule."""
+        own = fits[0]
+        sizes, effect = own.along(direction), own.signature.candidate.effect
+        seen, known = sizes.taken(self.trials), sizes.taken(self.references)
+        gram = own.gram[list(self.trials)].sum(axis=0)
+        alike = sizes_alike(fits, direction, gram, self.references)
+        scatter, level = in_sizes(usual, own, direction), needed / own.signature.candidate.forms
+        parameters = len(effect.parameters)
+        return clear_size(seen, known, alike, parameters, scatter, level, float(SHOWN))
 
 
 def search_healthy(
@@ -157,7 +154,7 @@ def search_healthy(
         days,
         signatures,
         every,
-        laid.with_trials(evidence, signatures),
+        laid.with_trials(evidence, signatures, evidence.base),
     )
 
 

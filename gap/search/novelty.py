@@ -10,7 +10,7 @@ has no other joints is steadied by how much all other causes scatter.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import special
@@ -71,17 +71,40 @@ def chance_of(
     ahead, runs = ahead_of(seen, known, usual.gaits_differ)
     if ahead <= 0.0:
         return 1.0
-    directions = max(parameters, 1)
+    return scatter_by(seen, known, others, usual).chance(ahead**2 / runs, parameters)
 
-    def chance(one: Scatter) -> float:
-        if one.free <= 0.0:
-            return 1.0
-        f = ahead**2 / max(one.variance * runs, 1e-24) / directions
-        return float(special.fdtrc(directions, one.free, f))
 
-    alike = chance(pooled([seen, known], others, usual))
-    alone = chance(pooled([seen, known], (), usual)) if others else alike
-    return float((1.0 - JOINT_UNLIKE) * alike + JOINT_UNLIKE * alone)
+@dataclass(frozen=True, slots=True)
+class HealthyScatter:
+    """What a cause scatters by from run to run in healthy machines.
+
+    Attributes:
+        alike: Its joint is like the others.
+        alone: Its joint may be like no other.
+    """
+
+    alike: Scatter
+    alone: Scatter
+
+    def chance(self, square: float, parameters: int) -> float:
+        """Return the chance of so large a square of a size, in units of that of one run."""
+        directions = max(parameters, 1)
+
+        def tail(one: Scatter) -> float:
+            if one.free <= 0.0:
+                return 1.0
+            f = square / max(one.variance, 1e-24) / directions
+            return float(special.fdtrc(directions, one.free, f))
+
+        return float((1.0 - JOINT_UNLIKE) * tail(self.alike) + JOINT_UNLIKE * tail(self.alone))
+
+
+def scatter_by(
+    seen: Sizes, known: Sizes, others: Sequence[Sizes], usual: Scatter = UNKNOWN
+) -> HealthyScatter:
+    """Return how a cause scatters by its sizes in trials and references; arguments as of ``chance_of``."""
+    alike = pooled([seen, known], others, usual)
+    return HealthyScatter(alike, pooled([seen, known], (), usual) if others else alike)
 
 
 def sizes_in_trials(evidence: Evidence, fitted: Fitted, added: Cause) -> Sizes:

@@ -133,8 +133,22 @@ def nats_beyond(evidence: Evidence, unseen: FloatArray, healthy: Evidence | None
 
 def worth(over: Advantage, parameters: int, blocks: int) -> bool:
     """Whether an advantage is more than scatter."""
-    needed = CLEAR_ERRORS * float(special.stdtrit(max(blocks - 1, 1), 0.977)) / 2.0 * over.error
-    return over.nats > max(needed, WORTH_NATS + parameters)
+    return over.nats > max(_clear_errors(blocks) * over.error, WORTH_NATS + parameters)
+
+
+def worth_size(parameters: int, blocks: int, share: float) -> float:
+    """Return the size of a change whose advantage is more than scatter in a share of cases.
+
+    In standard errors by noise alone: one of x gains x^2 / 2 nats on average, with a standard error of x.
+    """
+    short = float(special.ndtri(share))
+    enough = short + np.sqrt(short**2 + 2.0 * (WORTH_NATS + parameters))
+    return float(max(2.0 * (_clear_errors(blocks) + short), enough))
+
+
+def _clear_errors(blocks: int) -> float:
+    """Standard errors over so many blocks from which an advantage is clear."""
+    return CLEAR_ERRORS * float(special.stdtrit(max(blocks - 1, 1), 0.977)) / 2.0
 
 
 def fit_option(

@@ -86,9 +86,16 @@ class LaidRuns:
         grams = {part: gram[np.ix_(rows, rows)] for part, gram in runs.grams.items()}
         return PulledRuns(runs.pulls[:, rows], runs.parts, grams)
 
-    def with_trials(self, evidence: Evidence, signatures: Signatures) -> "LaidRuns":
-        """Return them with the trials after them."""
-        flat = evidence.base.ravel().astype(np.float32)
+    def first(self, count: int) -> "LaidRuns":
+        """Return the first of the runs."""
+        runs = self.runs.taken(range(count))
+        return LaidRuns(runs, self.linear, self.gaits[:count], self.residuals[:count])
+
+    def with_trials(
+        self, evidence: Evidence, signatures: Signatures, residual: FloatArray
+    ) -> "LaidRuns":
+        """Return them with the trials after them, of which something is left, (F, C)."""
+        flat = residual.ravel().astype(np.float32)
         cuts = slices_of(evidence)
         own = tuple(flat[cut] for cut in cuts)
         pulls = [signatures.matrix[:, cut] @ left for cut, left in zip(cuts, own, strict=True)]

@@ -123,15 +123,18 @@ def _with_gaits(view: View, differ: float) -> View:
 def test_a_size_is_harder_to_see_in_a_gait_that_no_reference_has_where_gaits_differ() -> None:
     references = _comparison(31, LIKE).known
     assert references is not None
-    search = references.search
-    known, new = ([gait] * 4 for gait in (CONDITIONS[0][1], "a gait that is new"))
+    search, count = references.search, len(references.search.trials)
+    known, new = ([gait] * count for gait in (CONDITIONS[0][1], "a gait that is new"))
 
     def ratio(gaits_differ: float) -> float:
         alone, beside = (_with_gaits(one, gaits_differ) for one in (search.alone, search.beside))
-        one = replace(search, alone=alone, beside=beside)
-        sizes = [
-            [size for _, _, size in one.visible_sizes(CAUSE_LEVEL, gaits)] for gaits in (known, new)
+        one, own = replace(search, alone=alone, beside=beside), search.with_trials
+        references = own.gaits[: len(search.references)]
+        every = [
+            one.visible_sizes(CAUSE_LEVEL, replace(own, gaits=(*references, *gaits)))
+            for gaits in (known, new)
         ]
+        sizes = [[size for _, _, size in each] for each in every]
         return float(np.median(np.array(sizes[1]) / np.array(sizes[0])))
 
     assert ratio(0.0) == pytest.approx(1.0)
@@ -141,9 +144,8 @@ def test_a_size_is_harder_to_see_in_a_gait_that_no_reference_has_where_gaits_dif
 def test_a_size_said_to_be_visible_is_found() -> None:
     healthy = _comparison(31, LIKE)
     assert healthy.known is not None
-    sizes = detectable(
-        healthy.signatures, healthy.known.search, [part.gait for part in healthy.study.fitted]
-    )
+    evidence = healthy.evidence
+    sizes = detectable(evidence, healthy.signatures, healthy.known.search, evidence.base)
     size = next(s.size for s in sizes if (s.effect, s.parameter) == ("stiffness", "ratio"))
     assert 0.1 < size < 0.5  # days scatter by 0.05, and there are 27 candidates
     soft = Cause("stiffness", ("b",), (1 - size,))
