@@ -11,6 +11,7 @@ import pytest
 from hypothesis import is_hypothesis_test, settings
 
 from bigant.one_thread import one_thread
+from tests.import_in_turns import import_own_part_first
 from tests.pace import brisk_pace as brisk_pace
 from tests.pace import usual_pace as usual_pace
 from tests.robot.report.text_only import words_only as words_only
@@ -31,6 +32,10 @@ def thorough(config: pytest.Config) -> bool:
 
 def pytest_configure(config: pytest.Config) -> None:
     settings.load_profile("thorough" if thorough(config) else "usual")
+
+
+def pytest_collection(session: pytest.Session) -> None:
+    import_own_part_first(session.config)
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
