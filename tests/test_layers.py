@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.source_trees import nodes_of, tree_of
+
 ROOT = Path(__file__).resolve().parents[1]
 OURS = ("bigant", "robot", "model", "gaits", "drivers", "record", "sim_hw", "gap")
 SOURCES = sorted(p for folder in OURS for p in (ROOT / folder).rglob("*.py"))
@@ -53,15 +55,15 @@ def test_values_that_travel_together_are_one_value(room: Path) -> None:
     long = {
         f"{path.name}: {name}": count
         for path in sorted(room.glob("*.py"))
-        for name, count in _parameters(ast.parse(path.read_text(encoding="utf-8")))
+        for name, count in _parameters(path)
         if count > MOST_PARAMETERS
     }
     assert not long, "give what travels together a name: a dataclass or a named tuple"
 
 
-def _parameters(tree: ast.Module) -> Iterator[tuple[str, int]]:
+def _parameters(path: Path) -> Iterator[tuple[str, int]]:
     """Functions of a module that are no kernels, and how many parameters each has besides ``self``."""
-    for node in ast.walk(tree):
+    for node in nodes_of(path):
         if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             continue
         names = [
@@ -101,7 +103,7 @@ def test_only_the_loop_waits() -> None:
 @every_room
 def test_a_room_can_be_taken_in_at_a_glance_and_says_what_lives_there(room: Path) -> None:
     assert len(list(room.glob("*.py"))) <= 26, "make a folder of what belongs together"
-    door = ast.get_docstring(ast.parse((room / "__init__.py").read_text(encoding="utf-8"))) or ""
+    door = ast.get_docstring(tree_of(room / "__init__.py")) or ""
     assert len(door.splitlines()) >= 3, "what lives here, who calls"
 
 
@@ -134,7 +136,7 @@ def _room(name: str, names: Mapping[str, Path]) -> str:
 def _imports(path: Path, known: Set[str]) -> set[str]:
     """Modules of ours that a module imports anywhere: at its top, in functions, and for types only."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes_of(path):
         if isinstance(node, ast.ImportFrom) and node.module:
             for alias in node.names:
                 inner = f"{node.module}.{alias.name}"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.source_trees import nodes_of
 from tests.test_docs import FENCE, PAGES, ROOT, names
 from tests.test_names import FOLDERS
 
@@ -58,11 +59,11 @@ def texts_of(path: Path) -> Iterator[tuple[int, str]]:
 
     A literal without a space is a name (a key of JSON, a topic, a stage), not words.
     """
-    text = path.read_text(encoding="utf-8")
     if path.suffix == ".md":
+        text = path.read_text(encoding="utf-8")
         yield 1, FENCE.sub(lambda block: "" if block[1] else block[0], text)
         return
-    for node in ast.walk(ast.parse(text)):
+    for node in nodes_of(path):
         if isinstance(node, ast.JoinedStr):
             pieces = (str(p.value) if isinstance(p, ast.Constant) else "{}" for p in node.values)
             yield node.lineno, "".join(pieces)
