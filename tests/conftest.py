@@ -6,6 +6,7 @@ A worker of pytest-xdist inherits the environment, so this is in time for all of
 import gc
 import os
 from collections.abc import Generator, Iterator
+from contextlib import nullcontext
 
 import pytest
 from hypothesis import is_hypothesis_test, settings
@@ -60,14 +61,17 @@ def pytest_collection_modifyitems(
 def modules_stay() -> Iterator[None]:
     """No search for garbage walks through all modules and tests: one takes a third of a second.
 
-    A drive does the same for itself, and afterwards undoes it for everything.
+    A drive does the same for itself each time, and afterwards undoes it for everything: not here.
     """
+    from robot.run import loop
+
     gc.collect()
     gc.freeze()
     gc.set_threshold(10_000)  # the usual 700 searches after every few ticks
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(gc, "freeze", lambda: None)
-        patch.setattr(gc, "unfreeze", lambda: None)
+        patch.setattr(loop, "no_full_collection", nullcontext)
+        for user in ("drive.drive", "bringup.first_day.walking", "bringup.preflight.loop"):
+            patch.setattr(f"robot.{user}.no_full_collection", nullcontext)
         yield
 
 
