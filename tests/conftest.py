@@ -19,6 +19,7 @@ from tests.robot.report.text_only import words_only as words_only
 from tests.standing import settled_once as settled_once
 from tests.walk_logs import cycle_walk as cycle_walk
 from tests.walk_logs import short_walk as short_walk
+from tests.walk_logs import walk_with_states as walk_with_states
 
 one_thread()
 
