@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaits.gait import SAMPLES, TURN, DelayedLegs, ShaftMotion
+from gaits.gait import TURN, DelayedLegs, ShaftMotion
 from model.errors import ConfigError
 from model.values.arrays import FloatArray
 from model.values.parameters import CubicParameters, LegParameters
@@ -56,8 +56,7 @@ class CubicClock(DelayedLegs):
         self._width, self._ds = 1 - parameters.duty, 2 / parameters.duty
         self._cubics = lru_cache(maxsize=4)(self._cubics_at)
         for steer in (-1.0, 0.0, 1.0):
-            slowest = float(self.motion(np.arange(SAMPLES) / SAMPLES, steer).slope.min())
-            if slowest < -1e-9:
+            if self._slowest(steer) < -1e-9:
                 raise ConfigError(
                     f"gait.{self.name}.stance_sweep",
                     "the shaft would turn backward in the return stroke; "
@@ -69,6 +68,16 @@ class CubicClock(DelayedLegs):
         half = sweep / 2
         end_slope = half * (1 + 2 * p.cubic) * self._ds * self._width
         return Cubics(half, half * 6 * p.cubic, end_slope, TURN - sweep - end_slope)
+
+    def _slowest(self, steer: float) -> float:
+        """Least slope: of the parabolas of stance and return, in the middle or where they meet."""
+        cubics, even = self._cubics(steer), 1 - self._parameters.cubic
+        slopes = np.array([
+            cubics.half * even * self._ds,
+            cubics.end_slope / self._width,
+            (cubics.end_slope + 1.5 * cubics.rest) / self._width,
+        ])  # fmt: skip
+        return float(slopes.min())
 
     def motion(self, phase: FloatArray | float, steer: float) -> ShaftMotion:
         """Return shaft motion at phases of any shape (...), as (..., N)."""

@@ -6,17 +6,20 @@ A worker of pytest-xdist inherits the environment, so this is in time for all of
 import gc
 import os
 from collections.abc import Generator, Iterator
+from contextlib import nullcontext
 
 import pytest
 from hypothesis import is_hypothesis_test, settings
 
 from bigant.one_thread import one_thread
+from tests.import_in_turns import import_own_part_first
 from tests.pace import brisk_pace as brisk_pace
 from tests.pace import usual_pace as usual_pace
 from tests.robot.report.text_only import words_only as words_only
 from tests.standing import settled_once as settled_once
 from tests.walk_logs import cycle_walk as cycle_walk
 from tests.walk_logs import short_walk as short_walk
+from tests.walk_logs import walk_with_states as walk_with_states
 
 one_thread()
 
@@ -31,6 +34,10 @@ def thorough(config: pytest.Config) -> bool:
 
 def pytest_configure(config: pytest.Config) -> None:
     settings.load_profile("thorough" if thorough(config) else "usual")
+
+
+def pytest_collection(session: pytest.Session) -> None:
+    import_own_part_first(session.config)
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -55,14 +62,17 @@ def pytest_collection_modifyitems(
 def modules_stay() -> Iterator[None]:
     """No search for garbage walks through all modules and tests: one takes a third of a second.
 
-    A drive does the same for itself, and afterwards undoes it for everything.
+    A drive does the same for itself each time, and afterwards undoes it for everything: not here.
     """
+    from robot.run import loop
+
     gc.collect()
     gc.freeze()
     gc.set_threshold(10_000)  # the usual 700 searches after every few ticks
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(gc, "freeze", lambda: None)
-        patch.setattr(gc, "unfreeze", lambda: None)
+        patch.setattr(loop, "no_full_collection", nullcontext)
+        for user in ("drive.drive", "bringup.first_day.walking", "bringup.preflight.loop"):
+            patch.setattr(f"robot.{user}.no_full_collection", nullcontext)
         yield
 
 

@@ -20,7 +20,7 @@ SAID = {
     "replay_test.py": "NOT EQUAL",
 }
 WRITES = {"own_arm.py": ("arm.html", "arm_corrected.xml")}
-QUICK = {"drive.py", "own_effect.py"}
+QUICK = {"own_effect.py"}  # less than three seconds
 # Effects for --effects, a gait for --gait, walks and data for tests/robot/odometry, and pictures of named
 # systems, which tests/robot/study/test_model_run.py draws.
 ELSEWHERE = {"worn_crank.py", "own_gait.py", "chain_walk.py", "lab_data.py"} | {

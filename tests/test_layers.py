@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.source_trees import nodes_of, tree_of
+
 ROOT = Path(__file__).resolve().parents[1]
 OURS = ("bigant", "robot", "model", "gaits", "drivers", "record", "sim_hw", "gap")
 SOURCES = sorted(p for folder in OURS for p in (ROOT / folder).rglob("*.py"))
@@ -32,36 +34,36 @@ def test_no_installed_package_uses_our_names() -> None:
 
 
 ROOMS = sorted({path.parent for path in SOURCES})
-every_room = pytest.mark.parametrize("room", ROOMS, ids=lambda p: p.relative_to(ROOT).as_posix())
 
 
-@every_room
-def test_a_module_holds_one_idea(room: Path) -> None:
-    modules = sorted(room.glob("*.py"))
-    lines = {one.name: len(one.read_text(encoding="utf-8").splitlines()) for one in modules}
+def test_a_module_holds_one_idea() -> None:
+    lines = {_place(one): len(one.read_text(encoding="utf-8").splitlines()) for one in SOURCES}
     assert not {name: count for name, count in lines.items() if count > 450}, "is it one idea?"
     vague = re.compile(r"(utils?|helpers?|common|misc|manager)")
-    assert not [one.name for one in modules if vague.match(one.stem)]
+    assert not [_place(one) for one in SOURCES if vague.match(one.stem)]
+
+
+def _place(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
 
 
 KERNELS = {"compiled", "compiled_sums"}  # machine code takes plain arrays and numbers
 MOST_PARAMETERS = 7
 
 
-@every_room
-def test_values_that_travel_together_are_one_value(room: Path) -> None:
+def test_values_that_travel_together_are_one_value() -> None:
     long = {
-        f"{path.name}: {name}": count
-        for path in sorted(room.glob("*.py"))
-        for name, count in _parameters(ast.parse(path.read_text(encoding="utf-8")))
+        f"{_place(path)}: {name}": count
+        for path in SOURCES
+        for name, count in _parameters(path)
         if count > MOST_PARAMETERS
     }
     assert not long, "give what travels together a name: a dataclass or a named tuple"
 
 
-def _parameters(tree: ast.Module) -> Iterator[tuple[str, int]]:
+def _parameters(path: Path) -> Iterator[tuple[str, int]]:
     """Functions of a module that are no kernels, and how many parameters each has besides ``self``."""
-    for node in ast.walk(tree):
+    for node in nodes_of(path):
         if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             continue
         names = [
@@ -98,11 +100,13 @@ def test_only_the_loop_waits() -> None:
         assert "time.sleep" not in text, path
 
 
-@every_room
-def test_a_room_can_be_taken_in_at_a_glance_and_says_what_lives_there(room: Path) -> None:
-    assert len(list(room.glob("*.py"))) <= 26, "make a folder of what belongs together"
-    door = ast.get_docstring(ast.parse((room / "__init__.py").read_text(encoding="utf-8"))) or ""
-    assert len(door.splitlines()) >= 3, "what lives here, who calls"
+def test_a_room_can_be_taken_in_at_a_glance_and_says_what_lives_there() -> None:
+    modules = {_place(room): len(list(room.glob("*.py"))) for room in ROOMS}
+    full = {room: count for room, count in modules.items() if count > 26}
+    assert not full, "make a folder of what belongs together"
+    doors = {_place(room): ast.get_docstring(tree_of(room / "__init__.py")) or "" for room in ROOMS}
+    silent = [room for room, words in doors.items() if len(words.splitlines()) < 3]
+    assert not silent, "what lives here, who calls"
 
 
 def test_the_first_floor_of_robot_is_folders() -> None:
@@ -134,7 +138,7 @@ def _room(name: str, names: Mapping[str, Path]) -> str:
 def _imports(path: Path, known: Set[str]) -> set[str]:
     """Modules of ours that a module imports anywhere: at its top, in functions, and for types only."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes_of(path):
         if isinstance(node, ast.ImportFrom) and node.module:
             for alias in node.names:
                 inner = f"{node.module}.{alias.name}"

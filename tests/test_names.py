@@ -3,15 +3,14 @@
 import ast
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-import pytest
+from tests.source_trees import nodes_of, tree_of
 
 ROOT = Path(__file__).resolve().parents[1]
 OURS = ("bigant", "robot", "model", "gaits", "drivers", "record", "sim_hw", "gap")
 SOURCES = sorted(p for folder in OURS for p in (ROOT / folder).rglob("*.py"))
-FOLDERS = sorted({p.parent.relative_to(ROOT).as_posix() for p in SOURCES})
 
 VAGUE = frozenset({"found", "said", "told", "truly", "way", "ways", "whence"})
 VAGUE_CLASSES = VAGUE | {"seen"}
@@ -32,9 +31,9 @@ FORMATS = {
 FOREIGN = {"FileNotFoundError", "ModuleNotFoundError", "PackageNotFoundError"}
 
 
-def identifiers(tree: ast.AST) -> Iterator[str]:
+def identifiers(nodes: Iterable[ast.AST]) -> Iterator[str]:
     """Every name in a module: of variables, attributes, arguments, functions, classes and imports."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Constant):
             continue
         for _, value in ast.iter_fields(node):
@@ -48,19 +47,18 @@ def words_of(name: str) -> set[str]:
 
 
 def vague_names(path: Path) -> set[str]:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    classes = {one.name for one in ast.walk(tree) if isinstance(one, ast.ClassDef)}
-    vague = {name for name in identifiers(tree) if words_of(name) & VAGUE}
+    nodes = nodes_of(path)
+    classes = {one.name for one in nodes if isinstance(one, ast.ClassDef)}
+    vague = {name for name in identifiers(nodes) if words_of(name) & VAGUE}
     return (vague | {name for name in classes if words_of(name) & VAGUE_CLASSES}) - FOREIGN
 
 
-@pytest.mark.parametrize("folder", FOLDERS)
-def test_a_name_says_what_a_value_is(folder: str) -> None:
+def test_a_name_says_what_a_value_is() -> None:
     vague = {
         f"{path.relative_to(ROOT)}: {name}"
-        for path in sorted((ROOT / folder).glob("*.py"))
+        for path in SOURCES
         for name in vague_names(path)
-        if (folder, name) not in FORMATS
+        if (path.parent.relative_to(ROOT).as_posix(), name) not in FORMATS
     }
     assert not vague, "say what it is: result, settings, diagnosis, track, displacement, source"
 
@@ -68,7 +66,7 @@ def test_a_name_says_what_a_value_is(folder: str) -> None:
 def test_a_public_class_name_means_one_thing() -> None:
     places: dict[str, list[str]] = defaultdict(list)
     for path in SOURCES:
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        for node in tree_of(path).body:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places[node.name].append(path.relative_to(ROOT).as_posix())
     twice = {name: where for name, where in places.items() if len(where) > 1}
@@ -80,5 +78,6 @@ def test_the_words_of_a_name() -> None:
     assert words_of("ReadTold") == {"read", "told"}
     assert words_of("_half_way2") == {"half", "way"}
     assert words_of("always_founded") == {"always", "founded"}
-    names = set(identifiers(ast.parse("import a.b as found\ndef f(way=1):\n    x.told = 'said'")))
+    tree = ast.parse("import a.b as found\ndef f(way=1):\n    x.told = 'said'")
+    names = set(identifiers(ast.walk(tree)))
     assert names == {"a.b", "found", "f", "way", "x", "told"}

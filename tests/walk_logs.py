@@ -14,11 +14,16 @@ CYCLE = ("--cycles", "1", "--frequency-hz", "0.3")
 
 def walk_log(factory: pytest.TempPathFactory, words: tuple[str, ...]) -> Path:
     """Return the log of ``bigant drive --virtual-time`` with these words; the first who asks makes it."""
+    return _made_once(factory, "".join(("walk", *words)), words)
+
+
+def _made_once(factory: pytest.TempPathFactory, name: str, words: tuple[str, ...]) -> Path:
+    """The log of a drive with these words in a folder of a name, which all workers see."""
     from robot.cli.main import run
 
     folder = factory.getbasetemp()
     folder = folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
-    folder = folder / "".join(("walk", *words))
+    folder = folder / name
     folder.mkdir(exist_ok=True)
     path = folder / "walk.mcap"
     with FileLock(folder / "lock"):
@@ -42,13 +47,12 @@ def cycle_walk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return walk_log(tmp_path_factory, CYCLE)
 
 
-def walk_with_states(path: Path) -> Path:
+@pytest.fixture(scope="session")
+def walk_with_states(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A short walk whose log holds the controller's state every second."""
-    from robot.cli.main import run
     from robot.run import loop
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(loop, "STATE_PERIOD_S", 1)
-        words = "drive --hardware virtual --virtual-time --armed --duration 3 --log"
-        assert run([*words.split(), str(path)]) == 0
-    return path
+        words = "--hardware virtual --armed --duration 3"
+        return _made_once(tmp_path_factory, "walk_with_states", tuple(words.split()))

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, TypeAlias
 
 from record.earlier_file import earlier_files
-from robot.cli.command_parser import EXAMPLES_HEAD, HelpFormatter
+from robot.cli.command_parser import EXAMPLES_HEAD, CommandParser, HelpFormatter
 from robot.cli.examples import EXAMPLES
 from robot.console.arguments import WORK, WRITES, add_arguments, parsed
 from robot.console.exit_codes import ExitCode
@@ -129,11 +129,15 @@ def add_commands(
         arguments: What was typed; None to add the arguments of all of them.
         epilog: Last lines of each command's help, below its examples.
     """
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    commands = parser.add_subparsers(  # type: ignore[call-overload]
+        dest="command", required=True, metavar="COMMAND", parser_class=_ParserOf(arguments)
+    )
     parents = {"": commands}
     for command, text in COMMANDS.items():
         *group, name = words = command.split()
         parent = parents.get("".join(group)) or _add_group(commands, parents, *group)
+        if arguments is not None and not set(group) <= set(arguments):
+            continue
         first, *others = EXAMPLES.get(command, ("",))
         examples = "\n".join((EXAMPLES_HEAD, *(f"  {line}" for line in others)))
         own = parent.add_parser(
@@ -150,6 +154,25 @@ def add_commands(
             add_arguments(own, request)
             if getattr(request, WRITES):
                 own.add_argument("--overwrite", action="store_true", help=OVERWRITE_HELP)
+
+
+class _ParserOf:
+    """Makes the parser of a command or group; one for all commands that were not typed.
+
+    Only their names matter, and each parser takes a tenth of a millisecond to make, as its few words are
+    looked up in catalogues of translations on disk.
+    """
+
+    def __init__(self, arguments: Sequence[str] | None) -> None:
+        self._arguments = arguments
+        self._not_typed = argparse.ArgumentParser(add_help=False)
+
+    def __call__(self, *, prog: str, **words: Any) -> argparse.ArgumentParser:
+        """Return the parser of "bigant COMMAND" or "bigant GROUP"."""
+        _, name = prog.split()
+        if self._arguments is None or name in self._arguments or name in GROUP_HELP:
+            return CommandParser(prog=prog, **words)
+        return self._not_typed
 
 
 def request_of(command: str) -> type[Any]:

@@ -97,6 +97,8 @@ class ServoMishaps:
 
     def changes(self, until_ns: int) -> list[int]:
         """Return the times up to ``until_ns`` at which a mishap starts or ends, since the last one."""
+        if until_ns <= self._applied_ns:  # asked for at every byte
+            return []
         times = self._all_changes()
         return times[bisect_right(times, self._applied_ns) : bisect_right(times, until_ns)]
 

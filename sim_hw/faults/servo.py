@@ -98,7 +98,8 @@ class FaultyServoWire:
             self._pass_on(reply)
 
     def _look(self, t_ns: int) -> None:
-        self._time.look(t_ns, torque=self._mishaps.any_torque())
+        if not self._time.begun:
+            self._time.look(t_ns, torque=self._mishaps.any_torque())
         self._mishaps.apply(t_ns)
 
     def receive(self, data: bytes, t_ns: int, baud_rate: int) -> None:

@@ -1,11 +1,15 @@
 """Every effect at its neutral value is the simulator as it stands, bit for bit, in both drives."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from gap.interfaces import Cause, Drive, Scope
 from model.effects.catalogue import CATALOGUE, STAGES
 from model.errors import GapError
+from model.values.arrays import FloatArray
+from record.trial.trial import Trial
 from tests.gap.walks import cause, simulator, walk
 
 EFFECTS = CATALOGUE
@@ -27,25 +31,37 @@ def test_the_catalogue_has_every_effect_that_diagnoses_share_in_order() -> None:
     assert simulator().effects == EFFECTS
 
 
-@pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
-def test_numbers_make_sense(effect: object) -> None:
-    found = next(e for e in EFFECTS if e is effect)
-    assert found.physics.endswith(".")
-    assert found.remedy.endswith(".")
-    for parameter in found.parameters:
-        assert parameter.lower <= parameter.neutral <= parameter.upper
-        assert parameter.spread > 0
+def test_numbers_make_sense() -> None:
+    for effect in EFFECTS:
+        assert effect.physics.endswith("."), effect.name
+        assert effect.remedy.endswith("."), effect.name
+        for parameter in effect.parameters:
+            assert parameter.lower <= parameter.neutral <= parameter.upper, effect.name
+            assert parameter.spread > 0, effect.name
+
+
+@cache
+def healthy(causes: tuple[Cause, ...], drive: Drive) -> tuple[Trial, FloatArray]:
+    """A short walk and its prediction without the effect, once for all effects."""
+    trial = walk("metachronal", 0.2, 3.0, noise_seed=2)
+    return trial, simulator().predict(trial, causes, drive)
+
+
+@cache
+def on_a_slope(drive: Drive) -> tuple[Trial, FloatArray]:
+    """A longer walk and its prediction without an effect."""
+    trial = walk("metachronal", 0.2, 8.0, causes=(cause("ground_slope", 0.01, 0.0),), noise_seed=2)
+    return trial, simulator().predict(trial, (), drive)
 
 
 @pytest.mark.parametrize("drive", Drive, ids=lambda d: d.value)
 @pytest.mark.parametrize("effect", WITH_NUMBERS, ids=lambda e: e.name)
 def test_neutral_is_the_base_bit_for_bit(effect: object, drive: Drive) -> None:
     found = next(e for e in WITH_NUMBERS if e is effect)
-    trial = walk("metachronal", 0.2, 3.0, noise_seed=2)
     values = tuple(parameter.neutral for parameter in found.parameters)
     legs = ("ML",) if Scope.JOINT in found.scopes else ()
     for law in ((), (cause("coulomb_friction"),)):
-        base = simulator().predict(trial, law, drive)
+        trial, base = healthy(law, drive)
         neutral = simulator().predict(trial, (*law, Cause(found.name, legs, values)), drive)
         assert np.array_equal(base, neutral, equal_nan=True)
 
@@ -54,7 +70,7 @@ def test_neutral_is_the_base_bit_for_bit(effect: object, drive: Drive) -> None:
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
 def test_another_value_is_not_the_base(effect: object, drive: Drive) -> None:
     found = next(e for e in EFFECTS if e is effect)
-    trial = walk("metachronal", 0.2, 8.0, causes=(cause("ground_slope", 0.01, 0.0),), noise_seed=2)
+    trial, base = on_a_slope(drive)
     values = tuple(
         np.clip(p.neutral - p.spread, p.lower, p.upper)
         if p.upper == p.neutral
@@ -65,7 +81,6 @@ def test_another_value_is_not_the_base(effect: object, drive: Drive) -> None:
         values = (values[0], 0.1)  # an edge within the walk's reach
     legs = ("ML",) if Scope.JOINT in found.scopes else ()
     changed = simulator().predict(trial, (Cause(found.name, legs, values),), drive)
-    base = simulator().predict(trial, (), drive)
     assert np.isfinite(changed).all()
     if found.name == "servo_speed_limit":
         return  # one spread below no limit is still faster than this gait; it has a test of its own

@@ -223,13 +223,16 @@ def test_a_file_that_is_no_bag_and_a_wrong_option_are_refused(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("plugin", StoragePlugin)
-def test_whatever_is_damaged_in_a_bag_is_one_error(tmp_path: Path, plugin: StoragePlugin) -> None:
+@pytest.mark.parametrize("damages", [10, pytest.param(25, marks=pytest.mark.thorough)])
+def test_whatever_is_damaged_in_a_bag_is_one_error(
+    damages: int, tmp_path: Path, plugin: StoragePlugin
+) -> None:
     write_run(tmp_path / "bag", plugin)
     source = random.Random(7)
     outcomes = set()
     for path in sorted((tmp_path / "bag").iterdir()):
         good = path.read_bytes()
-        for _ in range(25):
+        for _ in range(damages):
             path.write_bytes(damaged(good, source))
             try:
                 with open_bag(tmp_path / "bag") as bag:

@@ -177,9 +177,7 @@ def test_a_damaged_index_loses_no_message_and_is_noticed(tmp_path: Path, whole: 
     assert "no message is lost" in contents.damage
 
 
-@settings(
-    deadline=None, max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_whatever_is_broken_no_wrong_tick_comes_back(
     tmp_path: Path, whole: Whole, data: st.DataObject

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from model.compiled import compiles
-from tests.soaked import THOROUGH, soaked
+from tests.soaked import THOROUGH
 
 ROOT = Path(__file__).resolve().parents[2]
 # In a fresh interpreter with an empty cache: what is compiled once the virtual robot is built?
@@ -59,7 +59,11 @@ EFFECTS = (
 
 @pytest.mark.skipif(not compiles(), reason="numba is not there")
 @pytest.mark.parametrize(
-    "effects", soaked([(), EFFECTS], lambda effects: not effects, " ".join, THOROUGH)
+    "effects",
+    [
+        pytest.param((), id="", marks=pytest.mark.soak),
+        pytest.param(EFFECTS, id=" ".join(EFFECTS), marks=THOROUGH),
+    ],
 )
 def test_nothing_is_compiled_once_the_virtual_robot_answers(
     tmp_path: Path, effects: tuple[str, ...]

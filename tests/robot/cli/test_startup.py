@@ -5,8 +5,6 @@ import subprocess
 import sys
 from typing import get_type_hints
 
-import pytest
-
 from robot.cli.commands import COMMANDS, request_of
 from robot.console.arguments import WORK
 from robot.console.exit_codes import ExitCode
@@ -28,9 +26,9 @@ for command in COMMANDS:
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_the_function_that_a_request_names_takes_it(command: str) -> None:
-    request = request_of(command)
-    module, _, function = getattr(request, WORK).partition(":")
-    hints = get_type_hints(getattr(importlib.import_module(f"robot.{module}"), function))
-    assert hints == {"request": request, "return": ExitCode}
+def test_the_function_that_a_request_names_takes_it() -> None:
+    for command in COMMANDS:
+        request = request_of(command)
+        module, _, function = getattr(request, WORK).partition(":")
+        hints = get_type_hints(getattr(importlib.import_module(f"robot.{module}"), function))
+        assert hints == {"request": request, "return": ExitCode}, command

@@ -57,15 +57,10 @@ def walk(slipping: Path) -> TrackedLog:
     return track_log(slipping)
 
 
-@pytest.fixture(scope="module")
-def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture
+def log(cycle_walk: Path) -> Path:
     """A short walk by the real command, as a file."""
-    path = tmp_path_factory.mktemp("odom") / "walk.mcap"
-    made = cli.run(
-        ["drive", "--gait", "tripod", "--duration", "2", "--virtual-time", "--log", str(path)]
-    )
-    assert made == ExitCode.OK
-    return path
+    return cycle_walk
 
 
 def straight(count: int = 400) -> FloatArray:

@@ -16,13 +16,12 @@ from robot.odometry.estimates import HEALTH, NAMES, TEXTS
 from robot.odometry.stretches import TrackTask, track_stretch, track_stretches
 from robot.odometry.track import track, track_log
 from robot.requests.recorded import OdomRequest
-from tests.walk_logs import walk_with_states
 
 
-@pytest.fixture(scope="module")
-def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture
+def walked(walk_with_states: Path) -> Path:
     """A short walk with a state every second."""
-    return walk_with_states(tmp_path_factory.mktemp("states") / "walk.mcap")
+    return walk_with_states
 
 
 def task_of(path: Path, number: int) -> TrackTask:

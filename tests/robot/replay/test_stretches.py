@@ -16,13 +16,12 @@ from robot.control.state_bytes import bytes_of_state, state_of_bytes
 from robot.replay import stretches
 from robot.replay.stretches import StretchTask, replay_stretch
 from robot.replay.ticks import replay_log
-from tests.walk_logs import walk_with_states
 
 
-@pytest.fixture(scope="module")
-def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture
+def walked(walk_with_states: Path) -> Path:
     """A short walk with a state every second."""
-    return walk_with_states(tmp_path_factory.mktemp("states") / "walk.mcap")
+    return walk_with_states
 
 
 def task_of(path: Path, number: int) -> StretchTask:

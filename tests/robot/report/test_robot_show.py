@@ -67,9 +67,10 @@ def test_the_page_draws_it_and_says_what_to_do(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "lab.html"
-    assert cli.run(["robot", "show", written(tmp_path, text_with(BEHIND)), "--out", str(out)]) == 1
+    lab = written(tmp_path, text_with(BEHIND))
+    assert cli.run(["robot", "show", lab, "--gait", "tripod", "--out", str(out)]) == 1
     page = without_scripts(out.read_text(encoding="utf-8"))
-    assert page.count("<svg") == 7  # the robot, and three pictures a gait
+    assert page.count("<svg") == 4  # the robot, and three pictures of its gait
     assert "move the shafts by +85 mm" in page
     assert not re.search(r"(src|href)=['\"](?!data:|#)", page)
     assert f"page: {out}" in capsys.readouterr().out
@@ -80,7 +81,9 @@ def test_a_robot_that_falls_has_a_page_as_well(tmp_path: Path) -> None:
     beside = {"legs.shaft_position": lambda rows: [[x + 0.6, y, z] for x, y, z in rows]}
     out = tmp_path / "lab.html"
     assert cli.run(["robot", "show", written(tmp_path, text_with(beside)), "--out", str(out)]) == 1
-    assert "falls over" in out.read_text(encoding="utf-8")
+    page = without_scripts(out.read_text(encoding="utf-8"))
+    assert "falls over" in page
+    assert page.count("<svg") == 7  # the robot, and three pictures for each of two gaits
 
 
 def test_pictures_alone(tmp_path: Path) -> None:
