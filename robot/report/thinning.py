@@ -18,12 +18,18 @@ def kept_rows(x: FloatArray, y: FloatArray, most: int) -> IntArray:
     if not bool((np.diff(x) >= 0.0).all()):
         return np.unique(np.linspace(0, count - 1, most).round().astype(np.int64))
     edges = np.linspace(0, count, max(1, (most - 2) // 3) + 1).round().astype(np.int64)
-    rows = [0, count - 1]
-    for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-        part = y[begin:end]
-        known = np.isfinite(part)
-        if known.any():
-            rows += [begin + int(np.nanargmin(part)), begin + int(np.nanargmax(part))]
-        if not known.all():
-            rows.append(begin + int(np.argmin(known)))
-    return np.unique(np.array(rows))
+    begins, lengths = edges[:-1], np.diff(edges)
+    known, absent = np.isfinite(y), np.isnan(y)
+    some = np.logical_or.reduceat(known, begins)
+    rows = [np.array([0, count - 1])]
+    for sign in (1.0, -1.0):
+        values = np.where(absent, np.inf, sign * y)
+        least = np.repeat(np.minimum.reduceat(values, begins), lengths)
+        at = np.flatnonzero(values == least)
+        rows.append(at[np.searchsorted(at, begins[some])])
+    gaps = np.flatnonzero(~known)
+    first = np.unique(
+        np.searchsorted(gaps, begins)
+    )  # of each stretch that has some, and of later ones
+    rows.append(gaps[first[first < len(gaps)]])
+    return np.unique(np.concatenate(rows))

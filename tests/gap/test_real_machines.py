@@ -103,6 +103,7 @@ def test_the_cube_slides_by_coulombs_law(tmp_path: Path) -> None:
     assert slowing["after"] < 0.4 * slowing["before"]
 
 
+@pytest.mark.soak
 def test_one_call_over_four_gains_names_the_published_gain(tmp_path: Path) -> None:
     """The firmware divides by 256 where the manual says 128; the gearbox's friction grows with its load."""
     trials = bring_in(Path(FOLDER), "xl330", tmp_path)

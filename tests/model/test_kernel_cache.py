@@ -117,6 +117,7 @@ print(Count.compiled)
 """
 
 
+@pytest.mark.soak
 @pytest.mark.skipif(not compiled.compiles(), reason="numba is not installed")
 def test_a_second_clone_compiles_nothing(tmp_path: Path) -> None:
     def compiled_in(clone: Path) -> int:

@@ -8,7 +8,9 @@ import pytest
 
 @contextmanager
 def without_pictures() -> Iterator[None]:
-    """Leave the pictures out of every page; their figures are still made."""
+    """Leave the pictures out of every page; their figures are still made, and laid out by none."""
+    from matplotlib.figure import Figure
+
     from robot.report import pictures
 
     def no_plots(figure: object) -> str:
@@ -20,6 +22,7 @@ def without_pictures() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pictures, "moving_json", no_plots)
         patch.setattr(pictures, "inline_svg", no_svg)
+        patch.setattr(Figure, "draw_without_rendering", lambda figure: None)
         yield
 
 
