@@ -28,8 +28,7 @@ def kept_rows(x: FloatArray, y: FloatArray, most: int) -> IntArray:
         at = np.flatnonzero(values == least)
         rows.append(at[np.searchsorted(at, begins[some])])
     gaps = np.flatnonzero(~known)
-    first = np.unique(
-        np.searchsorted(gaps, begins)
-    )  # of each stretch that has some, and of later ones
+    # the first of each stretch that has some
+    first = np.unique(np.searchsorted(gaps, begins))
     rows.append(gaps[first[first < len(gaps)]])
     return np.unique(np.concatenate(rows))
