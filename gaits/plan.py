@@ -7,7 +7,6 @@ start pose leg by leg, speed up. Angles never jump across any of these.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -179,7 +178,8 @@ class Walking:
         return self.frequency.end == 0.0 and self.frequency.done(t_ns)
 
 
-class GoalRows(NamedTuple):
+@dataclass(frozen=True, slots=True, eq=False)
+class GoalRows:
     """What a plan wants at T times.
 
     Attributes:
@@ -191,10 +191,6 @@ class GoalRows(NamedTuple):
     phase: FloatArray
     angle_rad: FloatArray
     rate_rad_s: FloatArray
-
-    def part(self, span: slice) -> "GoalRows":
-        """Return some of them."""
-        return GoalRows(self.phase[span], self.angle_rad[span], self.rate_rad_s[span])
 
 
 Plan = Hold | LegMoves | Walking

@@ -6,7 +6,7 @@ A worker of pytest-xdist inherits the environment, so this is in time for all of
 import gc
 import os
 from collections.abc import Generator, Iterator
-from contextlib import nullcontext
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import is_hypothesis_test, settings
@@ -70,9 +70,8 @@ def modules_stay() -> Iterator[None]:
     gc.freeze()
     gc.set_threshold(10_000)  # the usual 700 searches after every few ticks
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(loop, "no_full_collection", nullcontext)
-        for user in ("drive.drive", "bringup.first_day.walking", "bringup.preflight.loop"):
-            patch.setattr(f"robot.{user}.no_full_collection", nullcontext)
+        nothing = dict.fromkeys(("collect", "freeze", "unfreeze"), lambda: 0)
+        patch.setattr(loop, "gc", SimpleNamespace(**nothing))
         yield
 
 

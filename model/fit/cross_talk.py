@@ -16,13 +16,13 @@ stays at zero by the ridge: the one that predicts left-out poses best, but no we
 the ridge, decides (the diagonal of Backus and Gilbert's resolution matrix): 1 known, 0 untouched.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from model.errors import ModelError
-from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
+from model.values.arrays import BoolArray, FloatArray, IntArray, part_of, readonly
 
 STRENGTHS = np.logspace(-9, 1, 41)  # ridge, as a share of the largest squared singular value
 # Size of cross-talk that is no surprise, as a share of the load.
@@ -78,7 +78,7 @@ class StillPoses:
 
     def part(self, chosen: BoolArray) -> "StillPoses":
         """Return some of the poses."""
-        return StillPoses(*(getattr(self, each.name)[chosen] for each in fields(self)))
+        return part_of(self, chosen)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

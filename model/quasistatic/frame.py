@@ -4,6 +4,7 @@ Called once a tick: one compiled call in, one array of numbers out, in microseco
 walk at once, with the same answers to the bit.
 """
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -95,7 +96,8 @@ def _solution(
     return ContactSolution(support, Traction(reason == 0, why, velocity_B, slip_B, force_B))
 
 
-class FrameRows(NamedTuple):
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameRows:
     """What ``solve_frame`` says of T frames of N feet; NaN where there is no answer.
 
     Attributes:
@@ -132,10 +134,6 @@ class FrameRows(NamedTuple):
             (status, reason), self.pose[k].tolist(), velocity_B, load_n, slip_B, force_B,
             self.loaded[k],
         )  # fmt: skip
-
-    def part(self, span: slice) -> "FrameRows":
-        """Return some of the frames."""
-        return FrameRows(self.numbers[span], self.loaded[span], self.verdicts[span])
 
 
 def solve_rows(feet: FootMotion, contact: ContactParameters, weight_n: float) -> FrameRows:

@@ -1,6 +1,7 @@
 """Arrays as values: their types, and the end of writing to them."""
 
-from typing import Any
+from dataclasses import fields
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
+Rows = TypeVar("Rows")
 
 
 def root_mean_square(values: FloatArray) -> FloatArray:
@@ -35,3 +37,13 @@ def readonly(array: NDArray[Any]) -> NDArray[Any]:
 def given_rows(values: FloatArray) -> FloatArray:
     """Return numbers in rows that nobody may write, the kind of array that kernels are compiled to read."""
     return readonly(np.ascontiguousarray(values, dtype=np.float64).view())
+
+
+def part_of(rows: Rows, chosen: slice | BoolArray) -> Rows:
+    """Return some rows of a dataclass: its fields have a row each, or are such dataclasses."""
+    value: Any = rows
+    parts = (getattr(value, field.name) for field in fields(value))
+    made: Rows = type(value)(
+        *(one[chosen] if hasattr(one, "__getitem__") else part_of(one, chosen) for one in parts)
+    )
+    return made

@@ -28,10 +28,6 @@ class ServoRows:
         rows = (getattr(self, name)[k] for name in ServoRows.__slots__[1:])
         return ServoReadings(int(self.t_ns[k]), *rows)
 
-    def part(self, span: slice) -> "ServoRows":
-        """Return some of the ticks."""
-        return ServoRows(*(getattr(self, name)[span] for name in ServoRows.__slots__))
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RequestRows:

@@ -31,13 +31,6 @@ class JointRows:
             self.voltage_v[k], self.temperature_c[k], self.valid[k],
         )  # fmt: skip
 
-    def part(self, span: slice) -> "JointRows":
-        """Return some of the ticks."""
-        return JointRows(
-            self.t_ns[span], self.angle_rad[span], self.rate_rad_s[span], self.current_a[span],
-            self.duty[span], self.voltage_v[span], self.temperature_c[span], self.valid[span],
-        )  # fmt: skip
-
     @staticmethod
     def stacked(states: Sequence[JointState]) -> "JointRows":
         """Return states of one robot as rows."""
@@ -65,10 +58,6 @@ class ForceRows:
     def forces(self, k: int) -> FootForces:
         """Return those of tick k."""
         return FootForces(int(self.t_ns[k]), self.force_n[k], self.valid[k])
-
-    def part(self, span: slice) -> "ForceRows":
-        """Return some of the ticks."""
-        return ForceRows(self.t_ns[span], self.force_n[span], self.valid[span])
 
     @staticmethod
     def stacked(forces: Sequence[FootForces]) -> "ForceRows":
@@ -116,13 +105,6 @@ class SensedRows:
             self.poses[k],
             self.imu[k],
         )
-
-    def part(self, span: slice) -> "SensedRows":
-        """Return some of the ticks."""
-        return SensedRows(
-            self.t_ns[span], self.joints.part(span), self.forces.part(span), self.poses[span],
-            self.imu[span],
-        )  # fmt: skip
 
     @staticmethod
     def stacked(ticks: Sequence[SensedTick]) -> "SensedRows":

@@ -12,6 +12,7 @@ from model.estimator.block.inputs import BlockInputs
 from model.estimator.block.run import BlockEstimator, EstimatedBlock
 from model.estimator.filter import Estimator
 from model.motion.shaft_speed import SLOW_S, ShaftSpeeds, no_error
+from model.values.arrays import part_of
 from model.values.estimate import Estimate, OdometryInputs
 from model.values.legs import FootMotion
 from model.values.tick_rows import SensedRows
@@ -88,7 +89,8 @@ class BlockStage:
         if count < FEWEST:
             return None
         part = slice(begin, begin + count)
-        ticks, forces = ticks.part(part), ticks.forces.part(part)
+        ticks = part_of(ticks, part)
+        forces = ticks.forces
         position_m, velocity_m_s = feet.position_m[part], feet.velocity_m_s[part]
         rates = ticks.joints.rate_rad_s
         shafts = rates if rates.shape[1] == self._legs else None  # a shaft a leg

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from model.errors import ModelError
 from model.estimator.block.places import ANCHORED, FAR_POSES, REJECTED
 from model.estimator.block.run import EstimatedBlock
 from model.estimator.sources import ABSOLUTE
-from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
+from model.values.arrays import BoolArray, FloatArray, IntArray, part_of, readonly
 from model.values.estimate import Estimate, EstimatorState, paired_covariance
 from model.values.tick import SensedTick
 from model.values.tick_rows import ForceRows, SensedRows
@@ -58,7 +58,7 @@ class Track:
 
     def part(self, span: slice) -> "Track":
         """Return some of the ticks."""
-        return Track(*(getattr(self, field.name)[span] for field in fields(self)))
+        return part_of(self, span)
 
     def column(self, name: str) -> FloatArray:
         """Return a field of each estimate, (T, ...); its names are those of ``Estimate``."""

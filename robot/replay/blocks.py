@@ -18,7 +18,7 @@ from model.values.tick import Tick
 from record.log.blocks.input_columns import input_rows
 from record.log.blocks.message_form import Columns
 from record.log.blocks.tick_forms import FormBook
-from record.log.blocks.tick_outputs import same_outputs
+from record.log.blocks.tick_outputs import lay_outputs, same_outputs
 from record.log.reader import TopicMessage, sound
 from record.log.tick_message import LAYOUT, TickInputs, decode_inputs, says_the_same
 from robot.control.controller import Controller
@@ -92,10 +92,12 @@ class SteppedBlock:
         """Which ticks are as recorded in every bit, but for estimates, (B,)."""
         count, made = len(self), SteppedOutputs(self.parts)
         same = np.zeros(count, dtype=bool)
+        outputs = lay_outputs(made)
         for places, columns in self.groups:
             if places[-1] < count:  # else a gap ended the replay in the middle of the block
                 at = np.array(places)
-                same[at] = same_outputs(columns, made if len(at) == count else made.of(at))
+                same[at] = same_outputs(columns, outputs, at)
+        same &= ~made.faulty
         for place in np.flatnonzero(~same).tolist():
             message, end = self.messages[place], self.ends[place]
             same[place] = says_the_same(

@@ -13,15 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.estimator.block.columns import BlockFields
-from model.values.arrays import BoolArray, IntArray
+from model.values.arrays import BoolArray
 from model.values.estimate import Estimate, Health
 from model.values.tick import Tick
-from record.log.blocks.tick_outputs import same_estimates
+from record.log.blocks.tick_outputs import lay_estimates, same_estimates
 from record.log.estimate_message import EstimateFields, ListedEstimates
 from record.log.tick_message import says_the_same
 from robot.control.estimator_block import StageBlock
 from robot.control.tick_estimator import SingleTick, TickEstimator
 from robot.replay.blocks import SteppedBlock
+from robot.replay.outputs import one_after_the_other
 
 Part = StageBlock | SingleTick
 
@@ -54,8 +55,7 @@ class EstimatedTicks:
 
     def column(self, name: str) -> NDArray[Any]:
         """Return a field in numbers, (B, ...); its names are those of ``Estimate``."""
-        columns = [of.column(name) for of in self._fields]
-        return columns[0] if len(columns) == 1 else np.concatenate(columns)
+        return one_after_the_other([of.column(name) for of in self._fields])
 
     def texts(self, name: str) -> list[str]:
         """Return a text of each."""
@@ -72,36 +72,6 @@ class EstimatedTicks:
                 return estimate(place)
             place -= len(of)
         raise IndexError(place)
-
-
-class _Chosen:
-    """Some of many estimates.
-
-    Args:
-        of: All of them.
-        places: Which.
-    """
-
-    def __init__(self, of: EstimatedTicks, places: IntArray) -> None:
-        self._of, self._places = of, places
-
-    def __len__(self) -> int:
-        return len(self._places)
-
-    def column(self, name: str) -> NDArray[Any]:
-        """As in ``EstimatedTicks``."""
-        chosen: NDArray[Any] = self._of.column(name)[self._places]
-        return chosen
-
-    def texts(self, name: str) -> list[str]:
-        """As in ``EstimatedTicks``."""
-        every = self._of.texts(name)
-        return [every[place] for place in self._places]
-
-    def healths(self) -> list[Health]:
-        """As in ``EstimatedTicks``."""
-        every = self._of.healths()
-        return [every[place] for place in self._places]
 
 
 class ComparedBlock:
@@ -133,13 +103,13 @@ class ComparedBlock:
         """Which ticks are as recorded in every bit, (B,)."""
         block, count = self.block, len(self.block)
         same, alike = block.same(), np.zeros(count, dtype=bool)
+        estimates = None if self._made is None else lay_estimates(self._made)
         for places, columns in block.groups:
             at = np.array(places)
-            if self._made is None:
+            if estimates is None:
                 alike[at[at < count]] = not columns.form.counts["estimate"]
             elif at[-1] < count:
-                chosen = self._made if len(at) == count else _Chosen(self._made, at)
-                alike[at] = same_estimates(columns, chosen)
+                alike[at] = same_estimates(columns, estimates, at)
         for place in np.flatnonzero(same & ~alike).tolist():
             message, end = block.messages[place], block.ends[place]
             same[place] = says_the_same(self.tick(place), message.data, end, message.layout)

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from model.values.arrays import BoolArray, IntArray
+from model.values.arrays import BoolArray
 from model.values.tick import Tick
 from model.values.tick_rows import SensedRows
 from record.log.blocks.tick_outputs import OutputFields
@@ -124,33 +124,28 @@ class SteppedOutputs:
 
     Args:
         parts: At least one.
-        at: Which of the ticks; None for all.
     """
 
-    def __init__(self, parts: Sequence[SteppedPart], at: IntArray | None = None) -> None:
-        self._parts, self._at = parts, at
+    def __init__(self, parts: Sequence[SteppedPart]) -> None:
+        self._parts = parts
 
     def __len__(self) -> int:
-        return sum(map(len, self._parts)) if self._at is None else len(self._at)
-
-    def of(self, at: IntArray) -> "SteppedOutputs":
-        """Return some of all ticks."""
-        return SteppedOutputs(self._parts, at)
+        return sum(map(len, self._parts))
 
     @property
     def faulty(self) -> BoolArray:
         """As in ``OutputFields``."""
-        return self._chosen([part.faulty for part in self._parts])
+        return one_after_the_other([part.faulty for part in self._parts])
 
     def column(self, name: str) -> NDArray[Any]:
         """As in ``OutputFields``."""
-        return self._chosen([part.column(name) for part in self._parts])
+        return one_after_the_other([part.column(name) for part in self._parts])
 
     def texts(self, name: str) -> list[str]:
         """As in ``OutputFields``."""
-        every = [text for part in self._parts for text in part.texts(name)]
-        return every if self._at is None else [every[place] for place in self._at.tolist()]
+        return [text for part in self._parts for text in part.texts(name)]
 
-    def _chosen(self, columns: list[NDArray[Any]]) -> NDArray[Any]:
-        every = columns[0] if len(columns) == 1 else np.concatenate(columns)
-        return every if self._at is None else every[self._at]
+
+def one_after_the_other(columns: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Columns of parts, at least one, as that of the whole."""
+    return columns[0] if len(columns) == 1 else np.concatenate(columns)

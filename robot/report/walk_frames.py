@@ -12,7 +12,7 @@ from model.fit.result import FitResult
 from model.fit.stiffness import fit_stiffness
 from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frames import FrictionLaw
-from model.values.arrays import BoolArray, FloatArray
+from model.values.arrays import BoolArray, FloatArray, part_of
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
 from model.values.tick import Mode
@@ -62,7 +62,7 @@ class WalkFrames:
 
     def part(self, rows: slice | BoolArray) -> "WalkFrames":
         """Return some of the frames."""
-        return WalkFrames(*(values[rows] for values in self.arrays))
+        return part_of(self, rows)
 
     @property
     def motion(self) -> FootMotion:

@@ -48,16 +48,6 @@ class WalkRows:
     yaw_rad: FloatArray
     goals: GoalRows
 
-    def first(self, count: int) -> "WalkRows":
-        """Return the first so many of the ticks."""
-        span = slice(count)
-        return WalkRows(
-            self.t_ns[span], self.joints.part(span), self.forces.part(span),
-            FootMotion(self.feet.position_m[span], self.feet.velocity_m_s[span]),
-            self.contact.part(span), self.position_m[span], self.yaw_rad[span],
-            self.goals.part(span),
-        )  # fmt: skip
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ending:

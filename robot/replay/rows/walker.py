@@ -15,10 +15,10 @@ from model.kinematics.one_shaft import OneShaftKinematics
 from model.motion.dead_reckoning import advance_rows
 from model.motion.differentiate import latest_rates
 from model.quasistatic.frame import solve_rows
-from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
+from model.values.arrays import BoolArray, FloatArray, part_of, readonly
 from model.values.faults import StopReason
 from model.values.gravity import STANDARD_GRAVITY
-from model.values.input_rows import InputRows, RecordRows
+from model.values.input_rows import InputRows
 from model.values.legs import JointCommand
 from model.values.tick import Mode
 from model.values.tick_rows import JointRows
@@ -103,29 +103,23 @@ class RowWalker:
         if count < FEWEST:
             return None
         phase = Phase(Mode.WALK, plan, self._book.gaits[plan.gait.name], StopReason.NONE)
-        last = self._last(state, rows.goals, rows.t_ns, commands, count - 1)
+        last = self._last(state, commands, count - 1)
         window = len(state.senses.times_ns)
         times_ns = np.concatenate([state.senses.times_ns, joints.t_ns[:count]])[-window:]
         angles_rad = np.concatenate([state.senses.angles_rad, joints.angle_rad[:count]])[-window:]
         ending = Ending(phase, last, times_ns, angles_rad, travels)
-        return WalkedRows(state, inputs, begin, rows.first(count), ending)
+        return WalkedRows(state, inputs, begin, part_of(rows, slice(count)), ending)
 
     def _computed(
         self, state: ControllerState, inputs: InputRows, span: slice, plan: Walking
     ) -> tuple[WalkRows, Commands, BoolArray]:
         """Outputs of ticks, their commands, and in which of them nothing happens."""
-        config, t_ns, servos = self._config, inputs.t_ns[span], inputs.servos.part(span)
+        config, t_ns, servos = self._config, inputs.t_ns[span], part_of(inputs.servos, span)
         joints = joint_rows(servos, config.servo_bus)
-        records = inputs.records
-        forces = self._scales.rows(
-            RecordRows(
-                records.there[span], records.t_ns[span], records.counts[span],
-                records.present[span], records.saturated[span],
-            ),
-            joints.angle_rad, state.senses.forces,
-        )  # fmt: skip
+        records = part_of(inputs.records, span)
+        forces = self._scales.rows(records, joints.angle_rad, state.senses.forces)
         silent_ns = config.force_sensor.silent_limit_s * 1e9
-        heard = records.there[span] | (t_ns - forces.t_ns <= silent_ns) | (forces.t_ns < 0)
+        heard = records.there | (t_ns - forces.t_ns <= silent_ns) | (forces.t_ns < 0)
         feet = self._kinematics.feet(joints.angle_rad, self._rates(state, joints))
         contact = solve_rows(feet, config.parameters.contact, self._weight_n)
         before = state.estimates.dead_reckoning
@@ -165,11 +159,9 @@ class RowWalker:
             t_ns, goals.angle_rad, goals.rate_rad_s, np.maximum(before_ns, done_ns), before_rad
         )
 
-    def _last(
-        self, state: ControllerState, goals: GoalRows, t_ns: IntArray, commands: Commands, k: int
-    ) -> JointCommand:
+    def _last(self, state: ControllerState, commands: Commands, k: int) -> JointCommand:
         """The command before tick k, with its date."""
-        rate = state.allowed.command.rate_rad_s if k == 0 else goals.rate_rad_s[k - 1]
+        rate = state.allowed.command.rate_rad_s if k == 0 else commands.rate_rad_s[k - 1]
         return JointCommand(
             int(commands.before_ns[k]), readonly(commands.before_rad[k]), rate, torque=True
         )

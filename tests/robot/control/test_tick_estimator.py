@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from model.errors import ConfigError
+from model.values.arrays import part_of
 from model.values.estimate import Estimate
 from model.values.legs import JointState
 from model.values.readings import ImuRecord, PoseRecord
@@ -96,5 +97,5 @@ def test_ticks_of_another_robot_are_refused(walked: tuple[RobotConfig, list[Sens
     other = SensedRows.stacked([replace(ticks[9], joints=fewer)])
     with pytest.raises(ConfigError, match="6 joints, the log 5"):
         list(TickEstimator(config, blocks=True).through(other))
-    nothing = SensedRows.stacked(ticks[:1]).part(slice(0))
+    nothing = part_of(SensedRows.stacked(ticks[:1]), slice(0))
     assert list(TickEstimator(config).through(nothing)) == []
