@@ -54,7 +54,7 @@ tests soak thorough: export PYTHONDONTWRITEBYTECODE =
 tests: install
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
-soak: install ## tests of more than three seconds: whole diagnoses, first days, pages in a browser
+soak: install ## tests of more than two seconds: whole diagnoses, first days, pages in a browser
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m "soak and not thorough"
 
 thorough: install ## statistics over many runs, whole data sets, a hundred thousand poses, many examples

@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.soaked import soaked
-
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 SAID = {
     "drive.py": "forward speed",
@@ -20,7 +18,6 @@ SAID = {
     "replay_test.py": "NOT EQUAL",
 }
 WRITES = {"own_arm.py": ("arm.html", "arm_corrected.xml")}
-QUICK = {"own_effect.py"}  # less than three seconds
 # Effects for --effects, a gait for --gait, walks and data for tests/robot/odometry, and pictures of named
 # systems, which tests/robot/study/test_model_run.py draws.
 ELSEWHERE = {"worn_crank.py", "own_gait.py", "chain_walk.py", "lab_data.py"} | {
@@ -32,7 +29,8 @@ def test_every_example_is_run_by_some_test() -> None:
     assert {path.name for path in EXAMPLES.glob("*.py")} == set(SAID) | ELSEWHERE
 
 
-@pytest.mark.parametrize("name", soaked(SAID, lambda name: name in QUICK))
+@pytest.mark.soak
+@pytest.mark.parametrize("name", SAID)
 def test_an_example_runs(name: str, tmp_path: Path) -> None:
     root = str(EXAMPLES.parent)
     done = subprocess.run(

@@ -105,6 +105,7 @@ def test_an_example_runs_where_it_is_copied_to(site: Path, lab: Path) -> None:
     bigant(site, lab, "drive", "--virtual-time", *words, "--log", "octopod.mcap")
 
 
+@pytest.mark.soak
 def test_an_error_names_a_page_that_can_be_opened(site: Path, lab: Path) -> None:
     with pytest.raises(AssertionError) as failed:
         bigant(site, lab, "show", "absent.mcap")

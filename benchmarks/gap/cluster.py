@@ -23,7 +23,7 @@ def main(run: str, robot: str = "") -> None:
 
     rows, said = [], []
     machine = ["--machine", robot] if robot else []
-    cluster: Any = LocalCluster(  # type: ignore[no-untyped-call]
+    cluster: Any = LocalCluster(
         n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
     )
     with tempfile.TemporaryDirectory(prefix="cluster-") as folder, cluster:

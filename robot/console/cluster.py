@@ -24,7 +24,7 @@ def cluster_client(address: str) -> Iterator[Any]:
             "--dask", f"needs Dask; install it with: {how_to_install('dask')}"
         ) from error
     try:
-        client = Client(address, timeout=CONNECT_S)  # type: ignore[no-untyped-call]
+        client = Client(address, timeout=CONNECT_S)
     except (OSError, ValueError) as error:
         raise ConfigError("--dask", f"nothing answers at {address}: {error}") from error
     with client:

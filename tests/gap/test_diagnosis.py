@@ -31,7 +31,7 @@ from tests.gap.toy import (
     toy_references,
     toy_trial,
 )
-from tests.soaked import THOROUGH, soaked
+from tests.soaked import THOROUGH
 
 ONE = {
     "offset": Cause("offset", ("b",), (0.03,)),
@@ -144,7 +144,9 @@ def test_causes_that_close_little_on_held_out_runs_are_said_to() -> None:
     assert not said(np.nan, np.nan)
 
 
-@pytest.mark.parametrize("sets", soaked((12, 300), lambda sets: sets < 300, mark=THOROUGH))
+@pytest.mark.parametrize(
+    "sets", [pytest.param(12, marks=pytest.mark.soak), pytest.param(300, marks=THOROUGH)]
+)
 def test_false_alarms_lie_in_the_binomial_band(sets: int) -> None:
     assert _false_alarms(sets) <= stats.binom.ppf(0.975, sets, 0.05)
 

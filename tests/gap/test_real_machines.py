@@ -11,7 +11,8 @@ from benchmarks.real.xl330 import GAINS, of_gain, published, without_duty
 from robot.cli import main as cli
 from tests.soaked import THOROUGH, soaked
 
-PAIRED = GAINS[::2]  # these gains with one map, the others with the other; the rest in soak
+# one gain with each of the two maps; the others in `make thorough`
+WITHOUT_DUTY, WITH_DUTY = GAINS[:2]
 FOLDER = os.environ.get("BIGANT_SHARED_DATA", "")
 pytestmark = pytest.mark.skipif(not FOLDER, reason="BIGANT_SHARED_DATA names no folder")
 
@@ -48,6 +49,7 @@ def test_an_empty_first_row_is_named(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "empty" in capsys.readouterr().out
 
 
+@pytest.mark.soak
 def test_faults_of_the_arms_data_are_named(capsys: pytest.CaptureFixture[str]) -> None:
     found, tables = faults_of("so101", capsys)
     joints = ("Rotation", "Pitch", "Elbow", "Wrist_Pitch", "Wrist_Roll")
@@ -118,7 +120,7 @@ def test_one_call_over_four_gains_names_the_published_gain(tmp_path: Path) -> No
     assert shaft["after"] < 0.4 * shaft["before"]
 
 
-@pytest.mark.parametrize("gain", soaked(GAINS, lambda gain: gain in PAIRED, mark=THOROUGH))
+@pytest.mark.parametrize("gain", soaked(GAINS, WITHOUT_DUTY.__eq__, mark=THOROUGH))
 def test_gain_and_motor_are_indistinguishable_without_the_duty(gain: int, tmp_path: Path) -> None:
     files = map(str, sorted((Path(FOLDER) / "xl330_pendulum").glob(f"kp{gain}_*.parquet")))
     words = ["import", *files, "--map", str(without_duty(tmp_path)), "--out", str(tmp_path / "t")]
@@ -130,7 +132,7 @@ def test_gain_and_motor_are_indistinguishable_without_the_duty(gain: int, tmp_pa
     assert any("controller_gain" in pair and pair & motor for pair in alike)
 
 
-@pytest.mark.parametrize("gain", soaked(GAINS, lambda gain: gain not in PAIRED, mark=THOROUGH))
+@pytest.mark.parametrize("gain", soaked(GAINS, WITH_DUTY.__eq__, mark=THOROUGH))
 def test_load_friction_that_motor_constants_hide_is_named(gain: int, tmp_path: Path) -> None:
     files = map(str, sorted((Path(FOLDER) / "xl330_pendulum").glob(f"kp{gain}_*.parquet")))
     words = ["import", *files, "--map", str(published(tmp_path)), "--out", str(tmp_path / "t")]

@@ -223,7 +223,7 @@ def test_a_file_that_is_no_bag_and_a_wrong_option_are_refused(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("plugin", StoragePlugin)
-@pytest.mark.parametrize("damages", [10, pytest.param(25, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("damages", [4, pytest.param(25, marks=pytest.mark.thorough)])
 def test_whatever_is_damaged_in_a_bag_is_one_error(
     damages: int, tmp_path: Path, plugin: StoragePlugin
 ) -> None:
@@ -242,7 +242,7 @@ def test_whatever_is_damaged_in_a_bag_is_one_error(
             else:
                 outcomes.add("read")
         path.write_bytes(
-            b"a: " + b"[" * 100_000 if path.suffix == ".yaml" else good[: len(good) // 2]
+            b"a: " + b"[" * 1_000 if path.suffix == ".yaml" else good[: len(good) // 2]
         )
         with (
             pytest.raises(RecordError, match="cannot be read as a ROS 2 bag"),

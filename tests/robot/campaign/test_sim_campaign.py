@@ -45,6 +45,7 @@ def tables(folder: Path) -> dict[str, bytes]:
     return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*.parquet"))}
 
 
+@pytest.mark.soak
 def test_a_campaign_is_made_once(made: Made, capsys: pytest.CaptureFixture[str]) -> None:
     assert "3 trials, 3 made now" in made.said
     before = tables(made.out)

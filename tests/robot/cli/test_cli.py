@@ -331,6 +331,7 @@ def test_a_signal_to_the_whole_group_leaves_the_virtual_robot_until_it_has_stopp
     assert process.returncode == ExitCode.OK
 
 
+@pytest.mark.soak
 def test_a_drive_walks_on_when_nobody_reads_it_any_more(tmp_path: Path) -> None:
     log = tmp_path / "run.mcap"
     words = ["--virtual-time", "--readonly", "--duration", "3", "--log", str(log)]

@@ -39,6 +39,7 @@ def _run(cache: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.soak
 def test_a_first_run_says_so_and_a_second_is_silent(tmp_path: Path) -> None:
     first, second = _run(tmp_path), _run(tmp_path)
     assert first.stdout == second.stdout == "True\n"

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[3]
 OURS = ("robot", "model", "gaits", "drivers", "record", "sim_hw", "gap")
 # Whatever the step calls, directly or not, these are not even loaded.
@@ -47,6 +49,7 @@ def imports_of(module: str) -> set[str]:
     return names
 
 
+@pytest.mark.soak
 def test_the_control_step_loads_no_device_no_simulator_and_no_diagnosis() -> None:
     """A robot file without effects: what one with effects needs is loaded with its controller."""
     modules = loaded_after(

@@ -35,7 +35,7 @@ def beside(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(log_process, "cores", lambda: 2)
 
 
-@pytest.mark.parametrize("words", [(), ("--record-bytes",)])
+@pytest.mark.parametrize("words", [pytest.param((), marks=pytest.mark.soak), ("--record-bytes",)])
 def test_log_and_lines_are_those_of_one_process(
     words: tuple[str, ...],
     tmp_path: Path,

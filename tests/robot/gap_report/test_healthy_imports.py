@@ -42,7 +42,7 @@ def healthy(seed: int) -> Trial:
     return replace(walked, force_n=np.full_like(walked.force_n, np.nan))
 
 
-@pytest.mark.parametrize("seed", soaked(range(10), lambda seed: seed < 2, mark=THOROUGH))
+@pytest.mark.parametrize("seed", soaked(range(10), lambda seed: seed == 0, mark=THOROUGH))
 def test_a_healthy_run_has_no_severe_fault_and_its_clock_is_right(seed: int) -> None:
     """The lag once followed the loudest steps: a tenth of a second off, near enough to a severe fault."""
     trial = healthy(seed)

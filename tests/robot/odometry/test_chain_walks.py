@@ -28,12 +28,13 @@ from robot.requests.recorded import OdomRequest
 from robot.view.numbers import numbers_of
 from robot.view.screen import screen_lines
 from tests.robot.browser import without_scripts
+from tests.soaked import soaked
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 JOINTS = {"hexapod18": 18, "quadruped12": 12}
 
 
-@pytest.fixture(scope="module", params=JOINTS)
+@pytest.fixture(scope="module", params=soaked(JOINTS, lambda name: name == "hexapod18"))
 def imported(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Four cycles of a walk as the log that the import makes of a lab's table."""
     name: str = request.param

@@ -75,6 +75,7 @@ def test_a_tick_with_two_reasons_counts_in_each_and_a_reason_s_worst_health_is_i
     assert up.share == pytest.approx(4 / len(estimates))
 
 
+@pytest.mark.usefixtures("words_only")
 def test_the_page_gives_the_reason_the_forces_the_part_and_what_words_mean(
     found: OdometryComparison,
 ) -> None:

@@ -15,6 +15,7 @@ from robot.run.rebuilt import config_of
 from tests.replay.golden import log_of
 from tests.robot.cli.test_bad_input import tick_bytes, with_messages
 from tests.robot.replay.test_replay import changed, other_load
+from tests.soaked import soaked
 
 
 def without_time(result: Replay) -> Replay:
@@ -33,7 +34,7 @@ def another_yaw(tick: Tick) -> Tick:
     return replace(tick, estimate=replace(tick.estimate, yaw_rad=tick.estimate.yaw_rad + 1e-15))
 
 
-@pytest.mark.parametrize("scale", [1.0, 0.0])
+@pytest.mark.parametrize("scale", soaked([1.0, 0.0], lambda scale: scale == 1.0))
 def test_two_processes_give_the_result_of_one(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, scale: float
 ) -> None:

@@ -39,6 +39,7 @@ np.savez(sys.argv[1], few=few.position_m, speed=few.velocity_m_s, after=after.po
 """
 
 
+@pytest.mark.soak
 def test_show_loads_neither(tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     told = subprocess.run(

@@ -63,6 +63,7 @@ def test_its_json_holds_a_cycle(capsys: pytest.CaptureFixture[str], tmp_path: Pa
     assert "leg.*" in answer["assumed"]
 
 
+@pytest.mark.usefixtures("words_only")
 def test_the_page_draws_it_and_says_what_to_do(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -189,6 +189,7 @@ def test_a_drive_through_a_pseudo_terminal() -> None:
     assert os.waitstatus_to_exitcode(status) in {0, 128 + signal.SIGTERM, -signal.SIGTERM}
 
 
+@pytest.mark.soak
 def test_teleop_without_a_terminal_says_so() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "bigant", "drive", "--teleop", "--virtual-time", "--log", "none"],

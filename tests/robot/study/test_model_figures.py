@@ -36,6 +36,7 @@ def figures(*words: str | Path) -> int:
     return cli.run(["model", "figures", *map(str, words)])
 
 
+@pytest.mark.soak
 def test_the_examples_are_drawn_with_an_index(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -9,6 +9,7 @@ from model.quasistatic.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.systems.disk import disk, random_disk_poses
 
 
+@pytest.mark.soak
 def test_processes_give_what_one_gives() -> None:
     system, feet = disk(6), random_disk_poses(501, 6, np.random.default_rng(0))
     with ModelProcesses(2) as pool, SharedFrames(501, 6) as room:
