@@ -14,6 +14,7 @@ from robot.cli import main as cli
 from robot.console.exit_codes import ExitCode
 from tests.soaked import soaked
 from tests.test_docs import PAGES, ROOT, command_lines
+from tests.walk_logs import walk_log
 
 LEFT_OUT = (
     (r"/dev/|--hardware|--armed|--discover|192\.168", "needs a robot"),
@@ -55,12 +56,13 @@ def test_enough_commands_are_run_and_no_rule_is_idle() -> None:
 
 
 @pytest.fixture(scope="module")
-def folder(cycle_walk: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder as a reader has it after the first walk."""
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder as a reader has it after the first walk; it takes over ten seconds."""
+    walk = walk_log(tmp_path_factory, ("--cycles", "1", "--frequency-hz", "0.14"))
     place = tmp_path_factory.mktemp("reader")
     (place / "runs").mkdir()
     for name in LOGS:
-        shutil.copyfile(cycle_walk, place / name)
+        shutil.copyfile(walk, place / name)
     (place / "examples").symlink_to(ROOT / "examples")
     return place
 

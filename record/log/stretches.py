@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from model.errors import RecordError
 from record.input_file import open_file
 from record.log.cdr import HEADER
 from record.log.framing.file_index import read_index
@@ -79,10 +80,22 @@ def find_stretches(path: Path) -> tuple[Stretch, ...]:
     first, last = index.chunks[0].begin, index.chunks[-1].end
     begins = [(0, None, first), *((state.index, state.data, span[0]) for state, span in states)]
     ends = [*((state.index, state.data, span[1]) for state, span in states), (None, None, last)]
-    return tuple(
+    stretches = [
         Stretch(begin, end, (at, to), before, after)
         for (begin, before, at), (end, after, to) in zip(begins, ends, strict=True)
-    )
+    ]
+    if states and _is_empty(path, stretches[-1]):  # the run ended when its state was written
+        del stretches[-1]
+    return tuple(stretches)
+
+
+def _is_empty(path: Path, stretch: Stretch) -> bool:
+    contents = LogContents()
+    try:
+        first = next(read_stretch(path, contents, stretch), None)
+    except RecordError:  # said by whoever replays it
+        return False
+    return first is None and not contents.damages
 
 
 def read_stretch(path: Path, contents: LogContents, stretch: Stretch) -> Iterator[TopicMessage]:

@@ -85,11 +85,18 @@ class Track:
 
         Once an absolute pose is used, the pose does not hang on the first one any more: then it is the sum
         of both covariances. Of robots of other tolerances only how far they part from then on counts.
+
+        What is learned of a leg says something of the first pose, too, and the difference falls. In a walk
+        where it falls below nothing, the displacement stays as uncertain as it has once been.
         """
         free = np.logical_or.accumulate(self.anchored)
         free[0] = False  # of no displacement nothing is unknown
         spans = (slice(at, at + BLOCK_TICKS) for at in range(0, len(free), BLOCK_TICKS))
-        return np.concatenate([self._displacement_covariance(span, free[span]) for span in spans])
+        grown = np.concatenate([self._displacement_covariance(span, free[span]) for span in spans])
+        hanging = grown[~free]
+        if (np.linalg.eigvalsh(hanging)[:, 0] <= 0.0).any():
+            grown[~free] = hanging[_largest_until(np.trace(hanging[:, :2, :2], axis1=1, axis2=2))]
+        return grown
 
     def _displacement_covariance(self, span: slice, free: BoolArray) -> FloatArray:
         """The same over some ticks; ``free`` says in which the pose does not hang on the first one."""
@@ -121,6 +128,14 @@ class Track:
         """Measurements rejected since the first tick."""
         first, last = self.column("rejects")[[0, -1]]
         return int(last - first)
+
+
+def _largest_until(values: FloatArray) -> IntArray:
+    """Return the place of the largest value up to each, (T,)."""
+    largest = np.maximum.accumulate(values)
+    new = np.flatnonzero(np.diff(largest, prepend=-np.inf))
+    places: IntArray = new[np.searchsorted(new, np.arange(len(values)), side="right") - 1]
+    return places
 
 
 class Tracker:

@@ -27,6 +27,7 @@ from robot.config.robot_file import load_robot, parse_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import json_text
 from robot.odometry.compare import compare_methods, stride_of, walking_part
+from robot.odometry.estimates import EstimateSeries
 from robot.odometry.files import write_mcap
 from robot.odometry.metrics import chi_squared_quantile, in_band, nees, relative_error
 from robot.odometry.table import as_json, table
@@ -157,6 +158,24 @@ def test_the_covariance_of_a_way_begins_with_it(walk: TrackedLog) -> None:
     np.testing.assert_allclose(sd[0], START_SD, rtol=1e-6)
     assert (sd[-1] < np.sqrt(np.diagonal(before[-1]))).all()
     assert (np.linalg.eigvalsh(run.displacement_covariance) > 0).all()
+
+
+def test_a_pose_that_is_known_better_than_the_first_leaves_the_way_as_uncertain_as_it_was(
+    walk: TrackedLog,
+) -> None:
+    """The difference of the covariances was below nothing then, and its root not a number."""
+    run = walk.track.part(walking_part(walk.log))
+    estimates, half = list(run.estimates), len(run.t_s) // 2
+    learned = [
+        replace(one, pose_covariance=0.5 * estimates[0].pose_covariance) for one in estimates
+    ]
+    series = EstimateSeries.of([*estimates[:half], *learned[half:]])
+    known = replace(run, estimates=series).displacement_covariance
+    assert (np.linalg.eigvalsh(known) > 0).all()
+    assert (np.diff(np.trace(known[:, :2, :2], axis1=1, axis2=2)) >= 0).all()
+    np.testing.assert_array_equal(
+        known[half:], np.broadcast_to(known[half - 1], known[half:].shape)
+    )
 
 
 def test_a_log_without_walking_is_refused(walk: TrackedLog) -> None:

@@ -128,7 +128,7 @@ def test_every_byte_counts(recorded: Recorded) -> None:
 
 def test_a_gap_ends_it_where_it_ends_a_replay_tick_by_tick(recorded: Recorded) -> None:
     path, messages, controller = recorded
-    for gap in (BLOCK_TICKS, BLOCK_TICKS + 40, 2 * BLOCK_TICKS + 80):
+    for gap in (BLOCK_TICKS, BLOCK_TICKS + 40, 2 * BLOCK_TICKS + 20):
         holed, notes, other = [*messages[:gap], *messages[gap + 3 :]], list[str](), list[str]()
         blocks = list(step_in_blocks(path, holed, controller, notes))
         assert sum(map(len, blocks)) == gap

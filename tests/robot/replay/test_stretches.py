@@ -102,3 +102,11 @@ def contents_of(path: Path) -> LogContents:
     contents = LogContents()
     next(read_tick_messages(path, contents))
     return contents
+
+
+def test_a_log_that_ends_with_a_state_has_no_stretch_without_ticks(walked: Path) -> None:
+    """It had one, which ended with no tick, so that nothing was concluded from all the others."""
+    parts = find_stretches(walked)
+    ticks = len(list(read_tick_messages(walked, LogContents())))
+    assert (parts[-1].end or ticks) == ticks
+    assert parts[-1].begin < ticks
