@@ -22,7 +22,7 @@ SOON_S = {StopReason.LINK_LOST: 0.05, StopReason.SERVO_LOST: 2.5, StopReason.SER
 
 
 # Faults of the page come at 5.5 s, in the first steps; at the pace of tests these are so much earlier.
-FAULT_S = 1.9
+FAULT_S = 1.5
 # A cycle takes 3.3 s, near the shortest that the servos can, instead of 4.
 FREQUENCY_HZ = 0.3
 
