@@ -19,6 +19,7 @@ from model.values.arrays import FloatArray, IntArray, readonly
 
 USUAL = (moves.MOVE_SPEED_RAD_S, moves.MOVE_SHARE)
 BRISK = (3.8, 1.0)
+Pace = Callable[[], AbstractContextManager[None]]
 ONE_AFTER_THE_OTHER = LegMoves.sequence
 
 

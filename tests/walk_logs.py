@@ -6,18 +6,20 @@ from pathlib import Path
 import pytest
 from filelock import FileLock
 
-from tests.pace import brisk
+from tests.pace import Pace, brisk
 
 SHORT = ("--duration", "0.3", "--frequency-hz", "0.2")
 CYCLE = ("--cycles", "1", "--frequency-hz", "0.3")
 
 
-def walk_log(factory: pytest.TempPathFactory, words: tuple[str, ...]) -> Path:
+def walk_log(factory: pytest.TempPathFactory, words: tuple[str, ...], pace: Pace = brisk) -> Path:
     """Return the log of ``bigant drive --virtual-time`` with these words; the first who asks makes it."""
-    return _made_once(factory, "".join(("walk", *words)), words)
+    return _made_once(factory, "".join(("walk", pace.__name__, *words)), words, pace)
 
 
-def _made_once(factory: pytest.TempPathFactory, name: str, words: tuple[str, ...]) -> Path:
+def _made_once(
+    factory: pytest.TempPathFactory, name: str, words: tuple[str, ...], pace: Pace = brisk
+) -> Path:
     """The log of a drive with these words in a folder of a name, which all workers see."""
     from robot.cli.main import run
 
@@ -29,7 +31,7 @@ def _made_once(factory: pytest.TempPathFactory, name: str, words: tuple[str, ...
     with FileLock(folder / "lock"):
         if not path.exists():
             made = folder / "made.mcap"
-            with brisk():  # whoever asks first
+            with pace():  # whoever asks first
                 assert run(["drive", "--virtual-time", *words, "--log", str(made)]) == 0
             made.rename(path)
     return path

@@ -209,7 +209,8 @@ def test_curves_show_their_values_under_the_pointer(walk: Tab) -> None:
         "(d => [Array.from(d.x), Array.from(d.y)])"
         "(bigant.plots[0].model.renderers.find(r => r.name === 'true').data_source.data)"
     )
-    assert float(values["true"]) == pytest.approx(np.interp(t_s, x, y), abs=0.5)
+    near = np.interp([t_s - 0.01, t_s, t_s + 0.01], x, y)  # it says hundredths of a second
+    assert near.min() - 0.5 <= float(values["true"]) <= near.max() + 0.5
 
 
 @pytest.mark.parametrize(
