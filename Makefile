@@ -7,7 +7,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 # workers; in soak one more than cores, as many tests wait for ports and clocks
 JOBS   ?= 2
-SOAK   ?= 3
+SOAK_JOBS ?= 3
 
 .PHONY: help install walk test check format lint types imports tests soak thorough constraints golden reliability figures docs-assets docs clean
 help: ## list the targets
@@ -56,7 +56,7 @@ tests: install
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
 soak: install ## tests of more than two seconds: whole diagnoses, first days, pages in a browser
-	$(BIN)/python -m pytest -n $(SOAK) --dist worksteal -m "soak and not thorough"
+	$(BIN)/python -m pytest -n $(SOAK_JOBS) --dist worksteal -m "soak and not thorough"
 
 thorough: install ## statistics over many runs, whole data sets, a hundred thousand poses, many examples
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m thorough

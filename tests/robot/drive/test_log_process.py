@@ -19,6 +19,7 @@ from robot.drive import log_process
 from robot.drive.log_process import BesideRun, LogProcess, worth_a_process
 from robot.run import loop
 from tests.robot.runs import CONFIG
+from tests.soaked import soaked
 from tests.walk_logs import SHORT
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -35,7 +36,7 @@ def beside(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(log_process, "cores", lambda: 2)
 
 
-@pytest.mark.parametrize("words", [pytest.param((), marks=pytest.mark.soak), ("--record-bytes",)])
+@pytest.mark.parametrize("words", soaked([(), ("--record-bytes",)], bool))
 def test_log_and_lines_are_those_of_one_process(
     words: tuple[str, ...],
     tmp_path: Path,

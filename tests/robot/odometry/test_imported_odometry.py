@@ -26,7 +26,7 @@ ANGLES = ("body_roll_rad", "body_pitch_rad", "body_yaw_rad")
 
 
 @pytest.fixture(scope="module")
-def table() -> Mapping[str, FloatArray]:
+def table(usual_pace: None) -> Mapping[str, FloatArray]:
     """What a lab writes down of a walk of a cycle, 50 times a second: time, commands, angles, poses."""
     log = walk_in_memory(CONFIG, "tripod", cycles=1, seed=3, progress=lambda _: None)
     turns = Rotation.from_quat(log.truth_quaternion_xyzw).as_euler("ZYX")[:, ::-1]
@@ -218,5 +218,5 @@ def test_a_mocap_file_with_its_own_clock_is_aligned_by_the_motion_of_the_model(
         float(w) for w in said.split("run_mocap.csv: ")[1].split(" s by")[0].split(" +- ")
     )
     assert sd < 0.05
-    assert abs(offset - later_s) < 0.02, "a row of the table"
+    assert abs(offset - later_s) < 3 * sd
     assert compared(tmp_path / "run.mcap", capsys)["ways"][0]["end_percent"] < 5

@@ -130,7 +130,7 @@ def test_dragging_turns_the_robot_and_a_view_turns_it_back(walk: Tab) -> None:
     assert walk.run(f"[{REPLAY}.view.azimuth, {REPLAY}.view.elevation]") == [-55, 28]
 
 
-def test_the_replay_is_the_log(walk: Tab, cycle_walk: Path) -> None:
+def test_the_replay_is_the_log(walk: Tab, shown_walk: Path) -> None:
     """Feet on the page are where the robot file puts them at the log's angles and ground truth."""
     from model.kinematics.legs import leg_kinematics
     from record.log.blocks.read import read_log
@@ -138,7 +138,7 @@ def test_the_replay_is_the_log(walk: Tab, cycle_walk: Path) -> None:
     from robot.report.replay import kept_frames
     from robot.report.replay_still import rotation
 
-    log = read_log(cycle_walk)
+    log = read_log(shown_walk)
     row = int(kept_frames(log.t_s)[30])
     walk.run(f"{REPLAY}.seek({REPLAY}.d.t[30])")
     angles = log.angle_rad[row]
@@ -209,8 +209,7 @@ def test_curves_show_their_values_under_the_pointer(walk: Tab) -> None:
         "(d => [Array.from(d.x), Array.from(d.y)])"
         "(bigant.plots[0].model.renderers.find(r => r.name === 'true').data_source.data)"
     )
-    near = np.interp([t_s - 0.01, t_s, t_s + 0.01], x, y)  # it says hundredths of a second
-    assert near.min() - 0.5 <= float(values["true"]) <= near.max() + 0.5
+    assert float(values["true"]) == pytest.approx(np.interp(t_s, x, y), abs=0.5)
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from robot.control.controller import Controller
 from robot.run.loop import run
 from robot.run.rig import Rig
 from robot.virtual.open import VirtualSettings, open_in_memory
+from tests.pace import usual
 from tests.robot.runs import CONFIG, STOP, Kept, Told, drive, modes_of, walk_then_stop, wish
 
 CUT = wish(Intent.CUT, reason=StopReason.EMERGENCY)
@@ -73,8 +74,9 @@ def test_the_model_predicts_the_walk() -> None:
 
 @pytest.mark.soak
 def test_steering_left_turns_left() -> None:
-    _, straight, _ = drive(walk_then_stop(10.0))
-    _, left, _ = drive(walk_then_stop(10.0, steer=1.0))
+    with usual():  # three feet that are set down at once turn it a little
+        _, straight, _ = drive(walk_then_stop(20.0))
+        _, left, _ = drive(walk_then_stop(20.0, steer=1.0))
 
     def yaw(ticks: list[Tick]) -> float:
         truth = ticks[-1].inputs.truth
@@ -82,9 +84,8 @@ def test_steering_left_turns_left() -> None:
         _, _, z, w = truth.quaternion_xyzw
         return float(2 * np.arctan2(z, w))
 
-    # three feet are set down at once in tests, which turns it a little in both walks
-    assert abs(yaw(straight)) < 0.03
-    assert yaw(left) - yaw(straight) > 0.03
+    assert abs(yaw(straight)) < 0.02
+    assert yaw(left) > 0.03
 
 
 @pytest.mark.soak
