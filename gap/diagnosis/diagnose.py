@@ -139,8 +139,7 @@ class _Answer:
 
 def _faults(study: Study, checked: Iterator[tuple[DataFault, ...]]) -> tuple[TrialFaults, ...]:
     every, trials = tuple(checked), len(study.trials)
-    known = every[trials:]
-    faults = (*without_usual_spikes(every[:trials], known), *known)
+    faults = without_usual_spikes(every[:trials], every[trials:])
     return tuple(TrialFaults(i, own) for i, own in enumerate(faults) if own)
 
 
