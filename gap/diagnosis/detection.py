@@ -6,6 +6,7 @@ those of references, whatever the candidates. Each reference held out shows what
 reach that of energies.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -19,7 +20,7 @@ from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
 from gap.search.healthy_search import HealthySearch
 from gap.search.options import CAUSE_LEVEL, worth_size
-from gap.search.screen import Signatures
+from gap.search.screen import Signature, Signatures
 from model.values.arrays import FloatArray
 
 
@@ -67,31 +68,50 @@ def detectable(
 ) -> tuple[Detectable, ...]:
     """Return the smallest size of each effect's parameters that would have shown, at its blindest joint.
 
-    Sizes are to first order, by the rule that names a first cause: beyond the noise of the trials and,
-    where references were searched, beyond their scatter and that of the trials. So large a cause is named
-    in 90 % (``SHOWN``) of the sets of trials that scatter as these do. The residual is what the named
-    causes leave of the trials, (F, C).
+    Sizes are to first order, or to second of an effect that is even, by the rule that names a first cause:
+    beyond the noise of the trials and, where references were searched, beyond their scatter and that of
+    the trials. So large a cause is named in 90 % (``SHOWN``) of the sets of trials that scatter as these
+    do. The residual is what the named causes leave of the trials, (F, C).
     """
-    blocks = len(evidence.starts)
-    spreads: dict[int, float] = {}
-    for one in signatures.each:
-        parameters = len(one.candidate.effect.parameters)
-        for row in one.rows if one.offset < 0 else ():
-            energy = float(signatures.matrix[row] @ signatures.matrix[row])
-            spreads[row] = worth_size(parameters, blocks, float(SHOWN)) / np.sqrt(energy)
+    times = {one: _by_noise(one, evidence, signatures) for one in signatures.each}
     if search is not None:
         laid = search.left_in_trials(evidence, residual)
         for one, place, size in search.visible_sizes(CAUSE_LEVEL, laid):
-            spreads[one.rows[place]] = max(spreads[one.rows[place]], size)
+            times[one][place] = max(times[one][place], size)
     worst: dict[tuple[str, str], Detectable] = {}
     for one in signatures.each:
-        for i, row in zip(one.live, one.rows, strict=True):
-            if row not in spreads:
-                continue
-            name, p = one.candidate.effect.name, one.candidate.effect.parameters[i]
-            size = p.spread * spreads[row]
-            if (name, p.name) not in worst or size > worst[name, p.name].size:
-                worst[name, p.name] = Detectable(
-                    name, p.name, size, p.unit, p.neutral, p.lower, p.upper
+        for i, size in zip(_numbers(one), times[one], strict=True):
+            effect, p = one.candidate.effect, one.candidate.effect.parameters[i]
+            off = _distance(one, i, size)
+            if (effect.name, p.name) not in worst or off > worst[effect.name, p.name].size:
+                worst[effect.name, p.name] = Detectable(
+                    effect.name, p.name, off, p.unit, p.neutral, p.lower, p.upper
                 )
     return tuple(worst[key] for key in sorted(worst))
+
+
+def _numbers(one: Signature) -> tuple[int, ...]:
+    """Indices of the parameters that have a size: each alone, or the one that is not neutral at a start."""
+    away = one.candidate.effect.away
+    if (one.offset >= 0) is not away:
+        return ()
+    moved = zip(one.start, one.candidate.neutral, strict=True)
+    return tuple(i for i, (a, b) in enumerate(moved) if a != b) if away else one.live
+
+
+def _by_noise(one: Signature, evidence: Evidence, signatures: Signatures) -> list[float]:
+    """How many times each of its changes stands out from noise: of a spread, or of what a start makes."""
+    rows = one.rows if one.offset < 0 else (one.offset,) * len(_numbers(one))
+    energies = [float(signatures.matrix[row] @ signatures.matrix[row]) for row in rows]
+    needed = worth_size(len(one.candidate.effect.parameters), len(evidence.starts), float(SHOWN))
+    return [needed / float(np.sqrt(energy)) for energy in energies]
+
+
+def _distance(one: Signature, i: int, times: float) -> float:
+    """Return how far a parameter is from neutral, so many spreads, or so many times what a start makes."""
+    effect = one.candidate.effect
+    p = effect.parameters[i]
+    if one.offset < 0:
+        return p.spread * times
+    # the change goes with the square of what is the same with all numbers negated
+    return abs(one.start[i] - p.neutral) * (math.sqrt(times) if effect.even else times)

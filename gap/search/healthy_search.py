@@ -82,6 +82,9 @@ class HealthySearch:
     def visible_sizes(self, level: float, laid: LaidRuns) -> Iterator[tuple[Signature, int, float]]:
         """Return each signature with a place in it and how many spreads of its parameter would be named.
 
+        Of an effect that is differenced away from neutral it is how many times the change that it makes
+        where it begins.
+
         Args:
             level: Chance at which a cause is named.
             laid: The references, and after them the trials.
@@ -91,15 +94,16 @@ class HealthySearch:
             fits_of(laid, self.signatures), fits_of(laid, self.signatures, self.days), strict=True
         )
         for alone, beside in views:
-            if alone[0].signature.offset >= 0:
+            signature = alone[0].signature
+            if (signature.offset >= 0) is not signature.candidate.effect.away:
                 continue
-            for place, direction in enumerate(np.eye(len(alone[0].signature.rows))):
+            for place, direction in enumerate(np.eye(alone[0].pull.shape[1])):
                 by_itself, hinted = (
                     self._visible(alone, self.alone.usual, direction, chance)
                     for chance in (needed, float(OPEN_LEVEL))
                 )
                 beside_days = self._visible(beside, self.beside.usual, direction, needed)
-                yield alone[0].signature, place, min(by_itself, max(beside_days, hinted))
+                yield signature, place, min(by_itself, max(beside_days, hinted))
 
     def _visible(
         self, fits: FitsElsewhere, usual: UsualScatter, direction: FloatArray, needed: float
