@@ -56,9 +56,12 @@ def clearer(alone: float, beside: float) -> float:
         alone: Chance of the cause by itself.
         beside: And beside what differs between healthy runs.
     """
-    if alone >= OPEN_LEVEL:
-        return alone
-    return 2.0 / (1.0 / max(alone, SMALLEST) + 1.0 / max(beside, SMALLEST))
+    return alone if alone >= OPEN_LEVEL else harmonic_mean(alone, beside)
+
+
+def harmonic_mean(one: float, other: float) -> float:
+    """Return the chance by two tests, however they depend on each other (Wilson, as above)."""
+    return 2.0 / (1.0 / max(one, SMALLEST) + 1.0 / max(other, SMALLEST))
 
 
 def promised(level: float, references: int) -> float:

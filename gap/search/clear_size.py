@@ -6,8 +6,8 @@ import numpy as np
 from scipy import optimize, special
 
 from gap.constants import JOINT_UNLIKE
-from gap.search.novelty import HealthyScatter, scatter_by
-from gap.search.scatter import Scatter
+from gap.search.gait_by_gait import gait_by_gait
+from gap.search.scatter import HealthyScatter, Usual, healthy_scatter
 from gap.search.sizes import Sizes, ahead_of
 
 MOST_SQUARE = 1e12  # of a size, in units of the variance of one run
@@ -19,11 +19,13 @@ def clear_size(
     known: Sizes,
     others: Sequence[Sizes],
     parameters: int,
-    usual: Scatter,
+    usual: Usual,
     level: float,
     share: float,
 ) -> float:
     """Return the size that would have a chance below a level in a share of all sets of such trials.
+
+    By the clearer of two tests, of all gaits together and gait by gait.
 
     Args:
         seen: Sizes in trials; only their scatter counts.
@@ -36,20 +38,36 @@ def clear_size(
     """
     if not len(seen) or not len(known):
         return float(np.inf)
-    scatter = scatter_by(seen, known, others, usual)
+    directions = max(parameters, 1)
+    each = gait_by_gait(seen, known, others, usual.in_gaits)
+    of_one = (
+        level if each is None else level / 2.0
+    )  # by harmonic mean, where the other shows nothing
+    together = healthy_scatter([seen, known], others, usual.together)
+    error = ahead_of(seen, known, usual.together.gaits_differ)[1]
+    size = _clear(together, directions, of_one, share, error)
+    if each is None:
+        return size
+    apart = directions + each.gaits - 1
+    return min(size, _clear(each.scatter, apart, of_one, share, 1.0 / each.precision))
+
+
+def _clear(
+    scatter: HealthyScatter, directions: int, level: float, share: float, variance: float
+) -> float:
+    """Size by one test, of which the mean has a variance in units of a run's."""
     if scatter.alike.free <= 0.0:
         return float(np.inf)
-    error = np.sqrt(ahead_of(seen, known, usual.gaits_differ)[1])
-    square = clear_square(scatter, parameters, level)
-    return float(error * (np.sqrt(square) + _margin(scatter, share)))
+    square = clear_square(scatter, directions, level)
+    return float(np.sqrt(variance) * (np.sqrt(square) + _margin(scatter, share)))
 
 
-def clear_square(scatter: HealthyScatter, parameters: int, level: float) -> float:
+def clear_square(scatter: HealthyScatter, directions: int, level: float) -> float:
     """Return the square of a size whose chance is a level; the most that is sought if none is so rare."""
     unit = scatter.alike.variance
 
     def beyond(nats: float) -> float:
-        return scatter.chance(unit * float(np.exp(nats)), parameters) - level
+        return scatter.chance(unit * float(np.exp(nats)), directions) - level
 
     low, high = -np.log(MOST_SQUARE), np.log(MOST_SQUARE)
     if beyond(high) >= 0.0:

@@ -20,9 +20,9 @@ from gap.search.clear_size import clear_size
 from gap.search.days import day_variances, likeliest_day_share
 from gap.search.novelty import chance_of
 from gap.search.run_fits import FitsElsewhere, LaidRuns, RunFits, fits_of, lay, sizes_alike
-from gap.search.scatter import Scatter, UsualScatter, usual_scatter, variances_of
+from gap.search.scatter import Usual, UsualScatter, usual_scatter, variances_of
 from gap.search.screen import Signature, Signatures
-from gap.search.sizes import Sizes, likeliest_share
+from gap.search.sizes import Sizes, likeliest_share, scatter_in_gaits
 from model.values.arrays import FloatArray
 
 FEWEST_SEEN = 3  # runs that show a change, from which its scatter counts
@@ -228,7 +228,7 @@ def _usual(changes: Sequence[_Sizes], runs: Sequence[int]) -> UsualScatter:
     return UsualScatter(*(_usual_of_kind(changes, runs, kind) for kind in (False, True)))
 
 
-def _usual_of_kind(changes: Sequence[_Sizes], runs: Sequence[int], at_a_joint: bool) -> Scatter:
+def _usual_of_kind(changes: Sequence[_Sizes], runs: Sequence[int], at_a_joint: bool) -> Usual:
     kind = [(one, one.size.taken(runs)) for one in changes if one.at_a_joint == at_a_joint]
     shown = [(one, sizes) for one, sizes in kind if len(sizes) >= FEWEST_SEEN]
     weights = np.array([one.weight for one, _ in shown])
@@ -236,10 +236,15 @@ def _usual_of_kind(changes: Sequence[_Sizes], runs: Sequence[int], at_a_joint: b
     energies = np.array([one.mean_energy(runs) for one, _ in shown])
     variances = variances_of([sizes for _, sizes in shown], differ) * energies
     frees = np.array([len(sizes) - 1.0 for _, sizes in shown])
-    return usual_scatter(variances, frees, weights, differ)
+    together = usual_scatter(variances, frees, weights, differ)
+    in_gaits = [scatter_in_gaits(sizes) for _, sizes in shown]
+    with_scatter = np.array([free > 0 for _, free in in_gaits], dtype=bool)
+    squares, frees = np.array(in_gaits).reshape(-1, 2)[with_scatter].T
+    one_gait = usual_scatter(squares / frees * energies[with_scatter], frees, weights[with_scatter])
+    return Usual(together, one_gait)
 
 
-def in_sizes(usual: UsualScatter, own: RunFits, direction: FloatArray) -> Scatter:
+def in_sizes(usual: UsualScatter, own: RunFits, direction: FloatArray) -> Usual:
     """Return the usual scatter in units of the size of one change."""
     energy = max(float(own.energy(direction).mean()), 1e-30)
     return usual.of(bool(own.signature.candidate.joints)).times(1.0 / energy)

@@ -10,17 +10,17 @@ has no other joints is steadied by how much all other causes scatter.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from scipy import special
 
-from gap.constants import JOINT_UNLIKE
 from gap.interfaces import Cause, Effect, Parameter, places_for
+from gap.residuals.chances import harmonic_mean
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import step_of
 from gap.search.fit import Fitted
-from gap.search.scatter import UNKNOWN, Scatter, UsualScatter, pooled
+from gap.search.gait_by_gait import gait_by_gait
+from gap.search.scatter import NOTHING_USUAL, Usual, UsualScatter, healthy_scatter
 from gap.search.sizes import Sizes, ahead_of
 from model.values.arrays import FloatArray
 
@@ -56,9 +56,11 @@ def chance_of(
     known: Sizes,
     others: Sequence[Sizes],
     parameters: int,
-    usual: Scatter = UNKNOWN,
+    usual: Usual = NOTHING_USUAL,
 ) -> float:
     """Return the chance of the mean of sizes seen, if they were as those that are known.
+
+    By two tests, of runs of all gaits together and gait by gait.
 
     Args:
         seen: Sizes in M trials.
@@ -68,43 +70,18 @@ def chance_of(
         parameters: Of the cause; none counts as one.
         usual: How much sizes of other causes scatter, in units of these sizes.
     """
-    ahead, runs = ahead_of(seen, known, usual.gaits_differ)
-    if ahead <= 0.0:
-        return 1.0
-    return scatter_by(seen, known, others, usual).chance(ahead**2 / runs, parameters)
-
-
-@dataclass(frozen=True, slots=True)
-class HealthyScatter:
-    """What a cause scatters by from run to run in healthy machines.
-
-    Attributes:
-        alike: Its joint is like the others.
-        alone: Its joint may be like no other.
-    """
-
-    alike: Scatter
-    alone: Scatter
-
-    def chance(self, square: float, parameters: int) -> float:
-        """Return the chance of so large a square of a size, in units of that of one run."""
-        directions = max(parameters, 1)
-
-        def tail(one: Scatter) -> float:
-            if one.free <= 0.0:
-                return 1.0
-            f = square / max(one.variance, 1e-24) / directions
-            return float(special.fdtrc(directions, one.free, f))
-
-        return float((1.0 - JOINT_UNLIKE) * tail(self.alike) + JOINT_UNLIKE * tail(self.alone))
-
-
-def scatter_by(
-    seen: Sizes, known: Sizes, others: Sequence[Sizes], usual: Scatter = UNKNOWN
-) -> HealthyScatter:
-    """Return how a cause scatters by its sizes in trials and references; arguments as of ``chance_of``."""
-    alike = pooled([seen, known], others, usual)
-    return HealthyScatter(alike, pooled([seen, known], (), usual) if others else alike)
+    ahead, runs = ahead_of(seen, known, usual.together.gaits_differ)
+    together, directions = 1.0, max(parameters, 1)
+    if ahead > 0.0:
+        scatter = healthy_scatter([seen, known], others, usual.together)
+        together = scatter.chance(ahead**2 / runs, directions)
+    each = gait_by_gait(seen, known, others, usual.in_gaits)
+    if each is None:
+        return together
+    apart = 1.0
+    if each.ahead > 0.0:
+        apart = each.scatter.chance(each.square, directions + each.gaits - 1)
+    return harmonic_mean(together, apart)
 
 
 def sizes_in_trials(evidence: Evidence, fitted: Fitted, added: Cause) -> Sizes:

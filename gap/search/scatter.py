@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import special
 
-from gap.constants import JOINTS_DIFFER, JOINTS_DIFFER_WORTH
+from gap.constants import JOINT_UNLIKE, JOINTS_DIFFER, JOINTS_DIFFER_WORTH
 from gap.search.sizes import Sizes, scatter_of, scatters_of
 from model.values.arrays import FloatArray
 
@@ -45,6 +45,26 @@ UNKNOWN = Scatter(0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
+class Usual:
+    """How much causes scatter between healthy runs.
+
+    Attributes:
+        together: Between runs of all gaits, which may differ.
+        in_gaits: Between runs of one gait.
+    """
+
+    together: Scatter = UNKNOWN
+    in_gaits: Scatter = UNKNOWN
+
+    def times(self, factor: float) -> "Usual":
+        """Return it in other units."""
+        return Usual(self.together.times(factor), self.in_gaits.times(factor))
+
+
+NOTHING_USUAL = Usual()
+
+
+@dataclass(frozen=True, slots=True)
 class UsualScatter:
     """Scatter of causes between healthy runs, in units of what noise alone would make.
 
@@ -53,10 +73,10 @@ class UsualScatter:
         joint: Of causes at one joint.
     """
 
-    whole: Scatter = UNKNOWN
-    joint: Scatter = UNKNOWN
+    whole: Usual = NOTHING_USUAL
+    joint: Usual = NOTHING_USUAL
 
-    def of(self, at_a_joint: bool) -> Scatter:
+    def of(self, at_a_joint: bool) -> Usual:
         """Return that of causes of a kind."""
         return self.joint if at_a_joint else self.whole
 
@@ -81,6 +101,38 @@ def pooled(own: Sequence[Sizes], others: Sequence[Sizes], usual: Scatter = UNKNO
     # the joint's own runs have half a say at least: it may be the one that is unlike the others
     prior_free = min(prior_free, max(float(free), 1.0))
     return steadied(alone, _prior(float(np.mean((logs - _bias(frees))[: len(there)])), prior_free))
+
+
+@dataclass(frozen=True, slots=True)
+class HealthyScatter:
+    """What a cause scatters by from run to run in healthy machines.
+
+    Attributes:
+        alike: Its joint is like the others.
+        alone: Its joint may be like no other.
+    """
+
+    alike: Scatter
+    alone: Scatter
+
+    def chance(self, square: float, directions: int) -> float:
+        """Return the chance of so large a square of a size in so many directions, in units of one run's."""
+
+        def tail(one: Scatter) -> float:
+            if one.free <= 0.0:
+                return 1.0
+            f = square / max(one.variance, 1e-24) / directions
+            return float(special.fdtrc(directions, one.free, f))
+
+        return float((1.0 - JOINT_UNLIKE) * tail(self.alike) + JOINT_UNLIKE * tail(self.alone))
+
+
+def healthy_scatter(
+    own: Sequence[Sizes], others: Sequence[Sizes], usual: Scatter
+) -> HealthyScatter:
+    """Return how a cause scatters by its sizes in groups of runs; arguments as of ``pooled``."""
+    alike = pooled(own, others, usual)
+    return HealthyScatter(alike, pooled(own, (), usual) if others else alike)
 
 
 def steadied(own: Scatter, by: Scatter) -> Scatter:

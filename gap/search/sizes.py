@@ -34,6 +34,14 @@ class Sizes:
     def __len__(self) -> int:
         return len(self.gaits)
 
+    def by_gait(self) -> dict[str, "Sizes"]:
+        """Return those of each gait."""
+        names = np.array(self.gaits)
+        return {
+            gait: Sizes(self.values[names == gait], (gait,) * int((names == gait).sum()))
+            for gait in dict.fromkeys(self.gaits)
+        }
+
     def taken(self, runs: Sequence[int]) -> "Sizes":
         """Return those of some runs, without those that do not show it (NaN)."""
         values = self.values[list(runs)]
@@ -104,6 +112,13 @@ def scatters_of(each: Sequence[Sizes], gaits_differ: float) -> FloatArray:
     for numbers, gaits, values in _by_gaits(each):
         squares[numbers] = _squares(values, design((gaits,), gaits_differ))
     return squares
+
+
+def scatter_in_gaits(sizes: Sizes) -> tuple[float, int]:
+    """Return the squares of sizes about the mean of their gait, summed, and the degrees of freedom."""
+    cells = sizes.by_gait().values()
+    square = sum(float(((one.values - one.values.mean()) ** 2).sum()) for one in cells)
+    return square, len(sizes) - len(cells)
 
 
 def _squares(values: FloatArray, one: Design) -> FloatArray:

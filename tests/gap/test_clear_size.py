@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from gap.constants import SHOWN
 from gap.search.clear_size import clear_size, clear_square
 from gap.search.cross_validation import Advantage
-from gap.search.novelty import HealthyScatter, chance_of
+from gap.search.novelty import chance_of
 from gap.search.options import worth, worth_size
-from gap.search.scatter import UNKNOWN, Scatter
+from gap.search.scatter import NOTHING_USUAL, HealthyScatter, Scatter
 from gap.search.sizes import Sizes
 from tests.gap.sizes_of_runs import walked
 
@@ -24,7 +24,7 @@ def _seen_in(parameters: int, joints: int, scale: float, seed: int, count: int =
     for _ in range(count):
         seen, known = (walked(scale * rng.standard_normal(runs)) for runs in (3, 4))
         others = [walked(rng.standard_normal(4)) for _ in range(joints)]
-        size = clear_size(seen, known, others, parameters, UNKNOWN, LEVEL, float(SHOWN))
+        size = clear_size(seen, known, others, parameters, NOTHING_USUAL, LEVEL, float(SHOWN))
         there = Sizes(seen.values + size, seen.gaits)
         hits += chance_of(there, known, others, parameters) < LEVEL
     return hits / count
@@ -50,12 +50,12 @@ def test_trials_that_scatter_more_hide_more_and_so_do_more_numbers() -> None:
 
     def size(scale: float, parameters: int) -> float:
         seen = walked(scale * np.array([0.2, -0.1, -0.1]))
-        return clear_size(seen, known, (), parameters, UNKNOWN, LEVEL, float(SHOWN))
+        return clear_size(seen, known, (), parameters, NOTHING_USUAL, LEVEL, float(SHOWN))
 
     assert size(5.0, 1) > 1.5 * size(1.0, 1)
     assert size(1.0, 3) > 1.3 * size(1.0, 1)
     assert size(0.0, 1) == pytest.approx(
-        clear_size(walked([7.0] * 3), known, (), 1, UNKNOWN, LEVEL, float(SHOWN))
+        clear_size(walked([7.0] * 3), known, (), 1, NOTHING_USUAL, LEVEL, float(SHOWN))
     ), "only the scatter of the trials counts"
 
 
@@ -71,7 +71,7 @@ def test_the_square_is_where_the_chance_is_the_level(
 def test_without_runs_to_compare_nothing_is_clear() -> None:
     nothing, known = walked([]), walked([0.1, -0.1])
     for seen, there in ((nothing, known), (known, nothing)):
-        assert clear_size(seen, there, (), 1, UNKNOWN, LEVEL, 0.9) == np.inf
+        assert clear_size(seen, there, (), 1, NOTHING_USUAL, LEVEL, 0.9) == np.inf
 
 
 @pytest.mark.parametrize(("blocks", "parameters"), [(4, 1), (40, 1), (40, 3)])

@@ -16,7 +16,7 @@ from gap.residuals.chances import HeldOutChances, promised
 from gap.search.healthy_search import View
 from gap.search.novelty import chance_of
 from gap.search.options import CAUSE_LEVEL
-from gap.search.scatter import UsualScatter, pooled
+from gap.search.scatter import Usual, UsualScatter, pooled
 from gap.search.selection import select
 from record.trial.trial import Trial
 from tests.gap.sizes_of_runs import walked
@@ -116,7 +116,10 @@ def test_false_alarms_keep_the_printed_level(wander: tuple[float, ...]) -> None:
 
 def _with_gaits(view: View, differ: float) -> View:
     usual = view.usual
-    kinds = (replace(one, gaits_differ=differ) for one in (usual.whole, usual.joint))
+    kinds = (
+        Usual(replace(one.together, gaits_differ=differ), one.in_gaits)
+        for one in (usual.whole, usual.joint)
+    )
     return replace(view, usual=UsualScatter(*kinds))
 
 
@@ -137,7 +140,9 @@ def test_a_size_is_harder_to_see_in_a_gait_that_no_reference_has_where_gaits_dif
         sizes = [[size for _, _, size in each] for each in every]
         return float(np.median(np.array(sizes[1]) / np.array(sizes[0])))
 
-    assert ratio(0.0) == pytest.approx(1.0)
+    assert ratio(0.0) == pytest.approx(
+        1.0, abs=0.1
+    )  # gait by gait it is compared only with known ones
     assert ratio(10.0) > 1.5
 
 

@@ -11,6 +11,7 @@ from gap.search.scatter import (
     FEWEST_CAUSES,
     UNKNOWN,
     Scatter,
+    Usual,
     UsualScatter,
     pooled,
     steadied,
@@ -63,7 +64,7 @@ def test_a_few_causes_say_nothing_of_another() -> None:
     assert usual_scatter(np.ones(count), np.full(count, 5.0), np.ones(count)) == UNKNOWN
     own = Scatter(3.0, 7.0)
     assert steadied(own, UNKNOWN) == own
-    assert UsualScatter().of(True) == UNKNOWN
+    assert UsualScatter().of(True).together == UNKNOWN
 
 
 @given(POSITIVE, st.floats(1.0, 50.0), POSITIVE, st.floats(0.1, 1e6))
@@ -78,7 +79,7 @@ def test_a_steadied_scatter_lies_between_and_its_own_runs_have_half_a_say(
 @given(POSITIVE, POSITIVE)
 def test_units_do_not_matter(factor: float, variance: float) -> None:
     rng = np.random.default_rng(4)
-    seen, known, usual = 1 + rng.normal(size=3), rng.normal(size=6), Scatter(variance, 3.0)
+    seen, known, usual = 1 + rng.normal(size=3), rng.normal(size=6), Usual(Scatter(variance, 3.0))
     scale = np.sqrt(factor)
     here = chance_of(walked(seen), walked(known), (), 1, usual)
     larger = walked(scale * seen), walked(scale * known)
@@ -90,7 +91,7 @@ def test_what_is_usual_keeps_the_level_over_causes_that_differ(level: float) -> 
     """Healthy trials, the sign of a cause as they choose it: no more alarms than the level."""
     rng = np.random.default_rng(5)
     count, hits, alone = 4000, 0, 0
-    usual = Scatter(1.0, FREE)
+    usual = Usual(Scatter(1.0, FREE))
     for variance in _variances(rng, count, FREE, 1.0):
         seen, known = (np.sqrt(variance) * rng.normal(size=n) for n in (TRIALS, RUNS))
         turn = np.sign(seen.mean() - known.mean())
@@ -108,8 +109,8 @@ def test_the_same_gap_is_surer_with_what_is_usual() -> None:
     seen, known = walked([0.92, 0.72, 0.74]), walked([0.49, 0.45, 0.37, 0.35, 0.44, 0.46])
     own = pooled([seen, known], ())
     alone = chance_of(seen, known, (), 1)
-    assert chance_of(seen, known, (), 1, Scatter(own.variance, 2.0)) < 0.4 * alone
-    assert chance_of(seen, known, (), 1, Scatter(20 * own.variance, 7.0)) > alone
+    assert chance_of(seen, known, (), 1, Usual(Scatter(own.variance, 2.0))) < 0.4 * alone
+    assert chance_of(seen, known, (), 1, Usual(Scatter(20 * own.variance, 7.0))) > alone
 
 
 @given(st.floats(1e-5, 1e5))

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import linalg, stats
 
 from gap.search.novelty import chance_of
-from gap.search.scatter import Scatter
+from gap.search.scatter import Scatter, Usual
 from gap.search.sizes import (
     SHARES,
     ahead_of,
@@ -79,8 +79,8 @@ def test_a_patch_that_friction_imitates_in_one_gait_is_told_from_a_real_one(shar
     """Sizes of a patch of one reality: 0.7 in tripod references and 0.1 in metachronal ones."""
     seen = walked([0.91, 0.98, 0.95], "tmm")
     known = walked([0.71, 0.71, 0.14, 0.06, 0.76, 0.63], "ttmmtt")
-    plain = chance_of(seen, known, (), 1)
-    assert chance_of(seen, known, (), 1, Scatter(0.0, 0.0, share)) < 0.2 * plain
+    plain = chance_of(walked(seen.values), walked(known.values), (), 1)
+    assert chance_of(seen, known, (), 1, Usual(Scatter(0.0, 0.0, share))) < 0.2 * plain
 
 
 @pytest.mark.parametrize("assumed", [0.0, 1.0, 30.0])
@@ -95,7 +95,7 @@ def test_alarms_keep_the_level_even_if_gaits_differ_less_than_it_is_said(
         seen, known = rng.normal(size=4), rng.normal(size=6)
         turn = np.sign(ahead_of(walked(seen, trials), walked(known, REFERENCES), assumed)[0])
         sizes = walked(turn * seen, trials), walked(turn * known, REFERENCES)
-        hits += chance_of(*sizes, (), 1, Scatter(0.0, 0.0, assumed)) < level
+        hits += chance_of(*sizes, (), 1, Usual(Scatter(0.0, 0.0, assumed))) < level
     assert hits <= stats.binom.ppf(0.99, count, 1.3 * level)
 
 
@@ -103,7 +103,7 @@ def test_another_gait_than_any_reference_has_is_judged_with_care() -> None:
     """Where gaits differ, a trial of a new gait may differ from references without a cause."""
     seen, known = walked([1.0, 1.1, 0.9], "www"), walked([0.1, -0.1, 0.0, 0.1, 0.1, 0.0], "ttmmtm")
     alike, differ = (
-        chance_of(seen, known, (), 1, Scatter(0.0, 0.0, share)) for share in (0.0, 30.0)
+        chance_of(seen, known, (), 1, Usual(Scatter(0.0, 0.0, share))) for share in (0.0, 30.0)
     )
     assert alike < 1e-3 < differ
 
