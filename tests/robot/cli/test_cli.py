@@ -256,7 +256,10 @@ def test_hardware_that_is_not_as_it_should_be(
         sim.close()
 
 
-def test_devices_finds_the_servos(capsys: pytest.CaptureFixture[str]) -> None:
+def test_devices_finds_the_servos(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("drivers.dynamixel.scan.IDS", 100)  # 0.3 s
     sim = ForkedSim()
     try:
         words = ["devices", "--port", sim.port, "--baud", "1000000", "--discover", "none"]
