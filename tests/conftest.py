@@ -16,6 +16,7 @@ from bigant.one_thread import one_thread
 from tests.import_in_turns import import_own_part_first
 from tests.pace import brisk_pace as brisk_pace
 from tests.pace import usual_pace as usual_pace
+from tests.robot.report.text_only import empty_pictures as empty_pictures
 from tests.robot.report.text_only import words_only as words_only
 from tests.standing import settled_once as settled_once
 from tests.walk_logs import cycle_walk as cycle_walk

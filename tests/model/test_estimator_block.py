@@ -20,6 +20,7 @@ from model.values.legs import FootForces, FootMotion
 from model.values.parameters import ContactParameters
 from record.exact_values import encode_values
 from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, World, simulate
+from tests.soaked import soaked
 
 SETTINGS = EstimatorSettings()
 MEMORY_S = 0.15
@@ -205,7 +206,7 @@ def test_with_other_settings_too(settings: EstimatorSettings) -> None:
     assert left <= 1
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", soaked(range(4), lambda seed: seed < 2))
 def test_any_mixture_of_trouble_gives_the_same_bits(seed: int) -> None:
     """Trouble of all kinds begins and ends anywhere, also where a block does."""
     random = np.random.default_rng(seed)

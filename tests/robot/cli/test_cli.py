@@ -66,6 +66,7 @@ def test_show_prints_and_draws(short_walk: Path, capsys: pytest.CaptureFixture[s
     ).replace("http://creativecommons.org", "").replace("https://matplotlib.org", "")
 
 
+@pytest.mark.usefixtures("empty_pictures")
 def test_show_writes_pictures(short_walk: Path, tmp_path: Path) -> None:
     assert bigant("show", str(short_walk), "--out", str(tmp_path / "p.png")) == ExitCode.OK
     names = sorted(p.name for p in tmp_path.iterdir())
