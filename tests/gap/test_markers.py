@@ -65,7 +65,7 @@ def shortened() -> Simulator:
 def healthy(*causes: Cause) -> list[Trial]:
     walks = (("tripod", 0.2), ("metachronal", 0.15), ("tripod", 0.25), ("metachronal", 0.2))
     return [
-        walk(gait, hz, 5.0, (COULOMB, *causes), noise_seed=20 + k, steer=0.05 * k)
+        walk(gait, hz, 8.0, (COULOMB, *causes), noise_seed=20 + k, steer=0.05 * k)
         for k, (gait, hz) in enumerate(walks)
     ]
 
@@ -78,7 +78,7 @@ def test_healthy_runs_show_where_markers_are_and_soft_legs_have_their_size(share
     shares = [one.values[0] for one in standing if one.effect == "marker_on_shank"]
     assert shares == (pytest.approx([share], abs=0.02) if own else [])
     trials = [
-        walk(gait, 0.2, 5.0, (COULOMB, *own, cause("leg_flex", *SOFT)), noise_seed=40 + k)
+        walk(gait, 0.2, 8.0, (COULOMB, *own, cause("leg_flex", *SOFT)), noise_seed=40 + k)
         for k, gait in enumerate(("tripod", "metachronal"))
     ]
     found = diagnose_study(make_study(trials, shortened(), references), standing=standing)
