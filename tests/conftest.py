@@ -6,6 +6,7 @@ A worker of pytest-xdist inherits the environment, so this is in time for all of
 import gc
 import os
 from collections.abc import Generator, Iterator
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -15,6 +16,7 @@ from bigant.one_thread import one_thread
 from tests.import_in_turns import import_own_part_first
 from tests.pace import brisk_pace as brisk_pace
 from tests.pace import usual_pace as usual_pace
+from tests.robot.report.text_only import empty_pictures as empty_pictures
 from tests.robot.report.text_only import words_only as words_only
 from tests.standing import settled_once as settled_once
 from tests.walk_logs import cycle_walk as cycle_walk
@@ -24,7 +26,7 @@ from tests.walk_logs import walk_with_states as walk_with_states
 one_thread()
 
 # No deadline: how long an example takes depends on what else the computer does.
-settings.register_profile("usual", deadline=None, max_examples=50)
+settings.register_profile("usual", deadline=None, max_examples=30)
 settings.register_profile("thorough", deadline=None, max_examples=200)
 
 
@@ -55,7 +57,9 @@ def pytest_collection_modifyitems(
     long = [item for item in items if item.get_closest_marker("long")]
     short = [item for item in items if not item.get_closest_marker("long")]
     half = len(items) // 2 - len(long[::2])
-    items[:] = [*long[::2], *short[:half], *long[1::2], *short[half:]]
+    # those that walk through all modules come early, so that one worker alone parses these
+    second = sorted(short[half:], key=lambda item: item.path.parent != Path(__file__).parent)
+    items[:] = [*long[::2], *short[:half], *long[1::2], *second]
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -14,7 +14,7 @@ import pytest
 from model.values.arrays import FloatArray
 from sim_hw.plant.plant import Plant
 
-MOST = 16  # robots; who makes more of them begins again
+MOST = 64  # robots; who makes more of them begins again
 SETTLED = Plant._stand
 _kept: dict[bytes, tuple[mujoco.MjData, FloatArray, FloatArray]] = {}
 

@@ -69,7 +69,18 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def quick(words: tuple[str, ...]) -> bool:
     """All but those that take seconds, which have tests of their own with shorter runs."""
-    return words[0] not in {"bringup", "check", "odom", "replay", "show", "robot"}
+    own_tests = {
+        "bringup",
+        "check",
+        "completion",
+        "model",
+        "odom",
+        "replay",
+        "show",
+        "robot",
+        "view",
+    }
+    return words[0] not in own_tests
 
 
 @pytest.mark.parametrize("words", soaked(RUN, quick, lambda words: shlex.join(words)[:60]))

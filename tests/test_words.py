@@ -51,7 +51,7 @@ PHRASES = {
     r"\banew\b": "again",
     r"simulator as it stands\b": "unchanged",
 }
-PATTERNS = {re.compile(pattern, re.IGNORECASE): plain for pattern, plain in PHRASES.items()}
+PATTERNS = {re.compile(pattern): plain for pattern, plain in PHRASES.items()}  # of small letters
 
 
 def texts_of(path: Path) -> Iterator[tuple[int, str]]:
@@ -76,8 +76,9 @@ def phrases_in(path: Path) -> list[str]:
     return [
         f"{path.name}:{line}: {hit[0]!r}, but {plain}"
         for line, text in texts_of(path)
+        for small in (" ".join(text.lower().split()),)
         for pattern, plain in PATTERNS.items()
-        for hit in pattern.finditer(" ".join(text.split()))
+        for hit in pattern.finditer(small)
     ]
 
 

@@ -443,7 +443,8 @@ class Loopback:
         self.sockets.close()
 
 
-def test_end_to_end_over_sockets() -> None:
+def test_end_to_end_over_sockets(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.ati.setup.RESET_PAUSE_S", 0.05)
     loopback = Loopback()
     clock = MonotonicClock()
     settings = loopback.settings

@@ -52,7 +52,6 @@ def test_one_cycle_is_one_turn(gait: Clock, phase: float, steer: float) -> None:
     assert later.angle_rad - here.angle_rad == pytest.approx(np.full(6, TURN), abs=1e-6)
 
 
-@settings(max_examples=40)
 @given(clocks(), st.floats(-1, 1))
 def test_angle_and_speed_are_continuous_and_speed_is_the_slope(gait: Clock, steer: float) -> None:
     phase = np.linspace(0, 1, 8001)
@@ -66,7 +65,6 @@ def test_angle_and_speed_are_continuous_and_speed_is_the_slope(gait: Clock, stee
     assert np.abs(numeric - motion.slope)[1:-1].max() <= curvature * step * 1.01 + 1e-6
 
 
-@settings(max_examples=40)
 @given(clocks())
 def test_peaks_are_the_peaks(gait: Clock) -> None:
     phase = np.linspace(0, 1, 20_001)
@@ -78,7 +76,6 @@ def test_peaks_are_the_peaks(gait: Clock) -> None:
         assert curvature == pytest.approx(np.abs(motion.curvature).max(), rel=0.02)
 
 
-@settings(max_examples=40)
 @given(clocks(), st.floats(-1, 1))
 def test_each_leg_spends_its_duty_in_stance_and_sweeps_its_sweep(gait: Clock, steer: float) -> None:
     """Touchdown at its own phase, duty share of the cycle, sweep centred on the offset, less inside."""

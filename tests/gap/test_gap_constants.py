@@ -19,10 +19,6 @@ MEASURED = parse_toml((ROOT / "docs" / "gap_constants.toml").read_text(encoding=
 TRUTH = Truth("delay", "drive", "", (("delay_s", 0.02),))
 
 
-def in_a_fresh_process(code: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
-
-
 def test_every_constant_is_measured_at_half_and_twice_the_value_that_it_has() -> None:
     rows = MEASURED["small_machines"]["constants"]
     assert {name: row["value"] for name, row in rows.items()} == known()
@@ -48,37 +44,37 @@ def test_no_share_is_doubled_to_one_or_more() -> None:
         assert 0.0 < half.value < known()[name] < twice.value < 1.0, name
 
 
-def test_a_changed_constant_reaches_the_modules_that_are_imported_after_it() -> None:
-    done = in_a_fresh_process(
-        "from benchmarks.gap.constants.changes import Change\n"
-        "from benchmarks.gap.constants.judged import check_used, set_before_use\n"
-        "change = Change('TEMPERATURE', 7.0)\n"
-        "set_before_use(change)\n"
-        "from gap.diagnosis import probability\n"
-        "check_used(change)\n"
-        "print(float(probability.TEMPERATURE))\n"
-    )
-    assert done.stdout == "7.0\n", done.stderr
-
-
-def test_no_constant_is_in_use_before_it_is_changed() -> None:
-    done = in_a_fresh_process(
-        "from benchmarks.gap.constants import figures, judged\n"
-        "from benchmarks.gap.constants.changes import known\n"
-        "print([name for name in known() if judged.users_of(name)])\n"
-    )
-    assert done.stdout == "[]\n", done.stderr
-
-
-def test_a_constant_that_is_in_use_cannot_be_changed() -> None:
-    done = in_a_fresh_process(
-        "from gap.diagnosis import probability\n"
-        "from benchmarks.gap.constants.changes import Change\n"
-        "from benchmarks.gap.constants.judged import set_before_use\n"
-        "set_before_use(Change('TEMPERATURE', 7.0))\n"
-    )
+@pytest.fixture(scope="module")
+def printed() -> list[str]:
+    """What a fresh process says of a constant before, when and after it is changed."""
+    code = """
+from benchmarks.gap.constants import figures, judged
+from benchmarks.gap.constants.changes import Change, known
+print([name for name in known() if judged.users_of(name)])
+change = Change('TEMPERATURE', 7.0)
+judged.set_before_use(change)
+from gap.diagnosis import probability
+judged.check_used(change)
+print(float(probability.TEMPERATURE))
+judged.set_before_use(Change('TEMPERATURE', 8.0))
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode != 0
-    assert "TEMPERATURE is in use by gap.diagnosis.probability" in done.stderr
+    return [*done.stdout.splitlines(), done.stderr]
+
+
+def test_no_constant_is_in_use_before_it_is_changed(printed: list[str]) -> None:
+    assert printed[0] == "[]", printed
+
+
+def test_a_changed_constant_reaches_the_modules_that_are_imported_after_it(
+    printed: list[str],
+) -> None:
+    assert printed[1] == "7.0", printed
+
+
+def test_a_constant_that_is_in_use_cannot_be_changed(printed: list[str]) -> None:
+    assert "TEMPERATURE is in use by gap.diagnosis.probability" in printed[2]
 
 
 def judged(kind: str, verdict: str, *effects: str) -> JudgedCase:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from gap.diagnosis.new_commands import new_commands
@@ -78,7 +78,6 @@ def test_a_turn_between_those_of_references_is_not_new_and_one_beyond_them_is() 
     assert found.known_rad == pytest.approx(0.05 / np.sqrt(2), rel=1e-2)
 
 
-@settings(deadline=None, max_examples=40)
 @given(
     st.floats(1.5, 12.0),
     st.floats(0.0, 1.0),

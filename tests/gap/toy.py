@@ -7,6 +7,7 @@ Trials are made by the same equations with causes that the engine is not told.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -23,7 +24,7 @@ from gap.interfaces import (
     check_causes,
 )
 from model.effects.causes import Shaking
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, readonly
 from record.trial.header import SERVO_BENCH, TrialHeader, TrialNoise
 from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, build_trial
@@ -161,14 +162,7 @@ def chain(
                 rises.append((v[0], v[1]))
             case "bend":
                 stiffness *= 1.0 + v[0] ** 2
-    shape = 0.5 if gait == "walk" else 0.15
-    phase = 2 * np.pi * hz * (time_s[:, None] - delay) - np.array([0.0, 2.1, 4.2])
-    # a first-order lag of each harmonic, exactly
-    angle = np.zeros(phase.shape)
-    for order, size in ((1, 0.5), (2, shape), (3, 0.1)):
-        w = 2 * np.pi * hz * order * lag
-        angle += size / np.sqrt(1 + w * w) * np.sin(order * phase - np.arctan(w))
-    angle = angle + offset
+    angle = turned(time_s.tobytes(), hz, 0.5 if gait == "walk" else 0.15, delay, lag) + offset
     used_angle = measured.shaft_rad if measured is not None else angle
     press = 1.5 + used_angle
     force = 2.0 * stiffness * (press**2 / 1.5 if square else press) + bias
@@ -180,6 +174,18 @@ def chain(
     pull = used_force * grip
     speed = gain * 0.3 * ((pull * np.cos(used_angle)).sum(axis=1) + tether) / pull.sum(axis=1)
     return np.column_stack([angle, force, speed])
+
+
+@lru_cache(maxsize=256)  # asked for again with other causes of the later stages
+def turned(times: bytes, hz: float, shape: float, delay: float, lag: float) -> FloatArray:
+    """The joints' angles without an offset."""
+    phase = 2 * np.pi * hz * (np.frombuffer(times)[:, None] - delay) - np.array([0.0, 2.1, 4.2])
+    # a first-order lag of each harmonic, exactly
+    angle = np.zeros(phase.shape)
+    for order, size in ((1, 0.5), (2, shape), (3, 0.1)):
+        w = 2 * np.pi * hz * order * lag
+        angle += size / np.sqrt(1 + w * w) * np.sin(order * phase - np.arctan(w))
+    return readonly(angle)
 
 
 def toy_trial(

@@ -57,6 +57,7 @@ def tracked(
     return memory, said, rejects
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("seed", soaked([1, 2, 3], lambda seed: seed == 1, mark=THOROUGH))
 def test_outliers_among_late_poses_are_rejected_with_a_reason(world: World, seed: int) -> None:
     clean_arriving, _ = samples(world, seed, 0.0)

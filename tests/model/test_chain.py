@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from model.errors import ConfigError, ModelError
@@ -127,7 +127,6 @@ def by_mujoco(
     return np.array(points), np.array(slopes)
 
 
-@settings(max_examples=60, deadline=None)
 @given(trees(), st.integers(0, 2**32 - 1))
 def test_feet_and_jacobian_are_those_of_mujoco(tree: tuple[Any, int], seed: int) -> None:
     spec, legs = tree

@@ -15,7 +15,7 @@ from tests.model.poses import KINDS, poses
 from tests.soaked import THOROUGH, soaked
 
 WEIGHT_N = 60.0
-BLOCKS = 20
+BLOCKS = 50
 POSES = 100_000
 
 
@@ -63,7 +63,7 @@ def test_loads_are_those_of_an_independent_solver(block: int) -> None:
 
 
 def test_the_compiled_search_and_numpy_agree() -> None:
-    for kind, feet, stiffness in poses(1500, seed=99):
+    for kind, feet, stiffness in poses(750, seed=99):
         reference = solve_support(feet, stiffness, WEIGHT_N)
         pose, load, _ = solved(feet, stiffness)
         if not reference.converged:

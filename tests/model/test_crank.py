@@ -13,6 +13,7 @@ from model.parameters.tables import parse_table, read_leg
 from model.values.arrays import FloatArray
 from model.values.parameters import CrankParameters
 from sim_hw.plant.leg_path import CRANK, leg_point
+from tests.soaked import soaked
 
 TURN = np.linspace(-7.0, 7.0, 2001)
 STANCE = np.linspace(-1.2, 1.2, 241)
@@ -80,7 +81,7 @@ def test_the_foot_is_the_lowest_point_of_the_leg(crank: CrankParameters) -> None
         assert foot[0] == pytest.approx(lowest[0], abs=2e-4 * crank.radius + 1e-9)
 
 
-@pytest.mark.parametrize("radius", [0.0, 0.02, 0.05])
+@pytest.mark.parametrize("radius", soaked([0.0, 0.02, 0.05], lambda radius: radius == 0.02))
 def test_an_outline_rolled_without_slip_carries_the_shaft_as_the_slope_says(radius: float) -> None:
     """The shaft over ground that holds the sole: rolled numerically, corner by corner of a polygon."""
     crank = CrankParameters(0.11, radius)

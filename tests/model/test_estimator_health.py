@@ -33,6 +33,7 @@ from model.values.estimate import (
 from model.values.legs import FootForces, FootMotion
 from model.values.parameters import ContactParameters
 from tests.model.estimator_world import CERTAIN, CONTACT, PERIOD_NS, WEIGHT_N, feet_at
+from tests.soaked import soaked
 
 SETTINGS = EstimatorSettings()
 NAMES = ("LF", "LM", "LH", "RF", "RM", "RH")
@@ -88,7 +89,7 @@ def test_in_a_clean_world_all_is_well_and_nothing_is_remarked() -> None:
     np.testing.assert_array_equal(state.strain, 1.0)
 
 
-@pytest.mark.parametrize(("leg", "other"), [(1, 4), (4, 1)])
+@pytest.mark.parametrize(("leg", "other"), [(1, 4), pytest.param(4, 1, marks=pytest.mark.soak)])
 def test_loads_that_contradict_degrade_by_the_legs_name_until_they_fit_again(
     leg: int, other: int
 ) -> None:
@@ -198,7 +199,7 @@ def test_forces_that_lean_are_a_slope_of_so_many_degrees_uphill(axis: str, yaw: 
     assert abs(off) < 8.0
 
 
-@pytest.mark.parametrize("leg", [0, 2, 4])
+@pytest.mark.parametrize("leg", soaked([0, 2, 4], lambda leg: leg == 2))
 def test_a_foot_with_a_tenth_of_the_friction_is_remarked_by_name(leg: int) -> None:
     mu = CONTACT.mu.copy()
     mu[leg] /= 10

@@ -14,6 +14,7 @@ from model.values.arrays import FloatArray
 from model.values.estimate import Estimate, EstimatorState, Health, OdometryInputs
 from model.values.legs import FootForces, FootMotion
 from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, World, feet_at, simulate
+from tests.soaked import soaked
 
 SETTINGS = EstimatorSettings()
 START_NS = 200_000_000_000
@@ -25,16 +26,40 @@ def world() -> World:
     return simulate(SETTINGS, 21, 1000)
 
 
-def run(change: Change, ticks: int = 1000) -> tuple[list[Estimate], EstimatorState]:
+def run(
+    change: Change, ticks: int = 1000, *, since: int = 0
+) -> tuple[list[Estimate], EstimatorState]:
+    """Estimates, and the last state; nothing is changed before a tick, up to which all goes as usual."""
+    said, states = (
+        usual(since) if since else ([], [Estimator(CONTACT, WEIGHT_N, SETTINGS).initial()])
+    )
+    more, states = go_on(change, states[-1], range(since, ticks))
+    return [*said, *more], states[-1]
+
+
+def go_on(
+    change: Change, state: EstimatorState, ticks: range
+) -> tuple[list[Estimate], list[EstimatorState]]:
     estimator = Estimator(CONTACT, WEIGHT_N, SETTINGS)
-    state = estimator.initial()
-    said = []
-    for i in range(ticks):
+    said, states = [], [state]
+    for i in ticks:
         state, estimate = estimator.step(state, change(i, world().inputs[i]))
         assert np.isfinite(state.mean).all()
         assert sound(state.covariance), i
         said.append(estimate)
-    return said, state
+        states.append(state)
+    return said, states
+
+
+def usual(ticks: int) -> tuple[list[Estimate], list[EstimatorState]]:
+    """So many estimates of a walk without trouble, and the states before, between and after them."""
+    said, states = whole()
+    return said[:ticks], states[: ticks + 1]
+
+
+@cache
+def whole() -> tuple[list[Estimate], list[EstimatorState]]:
+    return go_on(same, Estimator(CONTACT, WEIGHT_N, SETTINGS).initial(), range(1000))
 
 
 def spread(estimate: Estimate) -> float:
@@ -45,9 +70,8 @@ def same(_: int, known: OdometryInputs) -> OdometryInputs:
     return known
 
 
-@cache
 def base() -> list[Estimate]:
-    return run(same)[0]
+    return whole()[0]
 
 
 def airborne(known: OdometryInputs) -> OdometryInputs:
@@ -91,7 +115,7 @@ def test_no_forces_for_five_seconds() -> None:
     def change(i: int, known: OdometryInputs) -> OdometryInputs:
         return replace(known, forces=None) if 200 <= i < 700 else known
 
-    said, _ = run(change)
+    said, _ = run(change, 711, since=200)
     assert said[240].health is Health.OK  # not stale yet
     assert said[690].health is Health.DEGRADED
     assert "no forces for" in said[690].reason
@@ -108,7 +132,7 @@ def test_one_dead_encoder() -> None:
         position[4] = np.nan
         return replace(known, feet=FootMotion(position, known.feet.velocity_m_s))
 
-    said, _ = run(change)
+    said, _ = run(change, since=300)
     assert said[-1].health is Health.DEGRADED
     assert "encoder" in said[-1].reason
     assert spread(said[-1]) > 4 * spread(base()[-1])
@@ -174,7 +198,7 @@ def test_picked_up_and_put_down() -> None:
     def change(i: int, known: OdometryInputs) -> OdometryInputs:
         return airborne(known) if 200 <= i < 600 else known
 
-    said, _ = run(change)
+    said, _ = run(change, since=200)
     assert said[210].health is Health.DEGRADED
     assert "picked up" in said[210].reason
     assert said[599].health is Health.LOST
@@ -194,7 +218,7 @@ def test_feet_that_cannot_carry_the_robot() -> None:
         position = known.feet.position_m + np.array([1.0, 0.0, 0.0])  # all of them ahead: it tips
         return replace(known, feet=FootMotion(position, known.feet.velocity_m_s))
 
-    said, _ = run(change)
+    said, _ = run(change, 600, since=200)
     assert "do not carry" in said[250].reason
     assert spread(said[299]) > spread(base()[299])
     assert said[-1].health is Health.OK
@@ -212,7 +236,7 @@ def test_standstill_holds_pose_and_parameters() -> None:
         heard = FootForces(known.t_ns, force, np.ones(6, dtype=bool))
         return replace(known, feet=still, forces=heard)
 
-    said, _ = run(change)
+    said, _ = run(change, 600, since=200)
     assert not said[215].holding
     assert said[260].holding
     np.testing.assert_array_equal(said[-1].position_m, said[260].position_m)
@@ -230,7 +254,7 @@ def test_one_force_gone_mad_is_rejected_and_counted() -> None:
         force[1] = [90.0, -90.0, 40.0]
         return replace(known, forces=replace(known.forces, force_n=force))
 
-    said, _ = run(change)
+    said, _ = run(change, 501, since=500)
     assert said[500].rejects > said[499].rejects
     assert np.abs(said[500].velocity_B - base()[500].velocity_B).max() < 0.02
 
@@ -244,7 +268,7 @@ def test_a_sensor_that_is_always_wrong_degrades_health() -> None:
             force[3:, 2] = np.maximum(force[3:, 2] - 25.0, 0.0)
         return replace(known, forces=replace(known.forces, force_n=force))
 
-    said, _ = run(change)
+    said, _ = run(change, since=300)
     assert said[-1].rejects > 50
     assert Health.DEGRADED in {e.health for e in said[301:]}
 
@@ -273,7 +297,7 @@ def far_from(i: int, off_m: FloatArray) -> FloatArray:
     return pose
 
 
-@pytest.mark.parametrize("off_m", [1.2, 1000.0, 1e19, 1e300])
+@pytest.mark.parametrize("off_m", soaked([1.2, 1000.0, 1e19, 1e300], lambda off_m: off_m != 1000.0))
 def test_a_pose_metres_away_is_never_used_after_one_that_was(off_m: float) -> None:
     def change(i: int, known: OdometryInputs) -> OdometryInputs:
         if i < 100:

@@ -85,8 +85,15 @@ def test_the_truth_is_found_without_noise(law: FrictionLaw, direction: FloatArra
     assert found.result.left_out[0][0].startswith("not loaded")
 
 
-@pytest.mark.parametrize("law", [VISCOUS, COULOMB])
-@pytest.mark.parametrize("direction", [None, ALONG], ids=["24", "18"])
+@pytest.mark.parametrize(
+    ("law", "direction"),
+    [
+        pytest.param(COULOMB, None, id="24-coulomb"),
+        pytest.param(VISCOUS, ALONG, id="18-viscous"),
+        pytest.param(VISCOUS, None, id="24-viscous", marks=pytest.mark.soak),
+        pytest.param(COULOMB, ALONG, id="18-coulomb", marks=pytest.mark.soak),
+    ],
+)
 def test_standard_errors_cover_the_truth(law: FrictionLaw, direction: FloatArray | None) -> None:
     data = walk(3)
     clean = data.force(law)

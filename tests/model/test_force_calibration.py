@@ -1,6 +1,7 @@
 """In-situ calibration: what was put in comes out, and what the data cannot tell is said."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from model.fit.cross_talk import (
     shared_directions,
     wrench_maps,
 )
-from model.fit.in_situ import SHARED, calibrate_in_situ, weak_axes
+from model.fit.in_situ import SHARED, InSituResult, calibrate_in_situ, weak_axes
 from model.fit.unloaded import fit_unloaded
 from model.values.arrays import FloatArray
 from model.values.force_calibration import (
@@ -47,14 +48,20 @@ def make(
     return faults, wrench, still(angle, read, in_air, lever)
 
 
+@cache
+def calibrated() -> tuple[ForceCalibration, FloatArray, StillPoses, InSituResult]:
+    """Faults, true wrenches, poses, and what the calibration makes of these."""
+    faults, wrench, poses = make(1, 240)
+    return faults, wrench, poses, calibrate_in_situ(poses, places(), LEGS, max_harmonics=3)
+
+
 def test_the_made_up_poses_balance_the_weight() -> None:
     _, wrench, poses = make(0, 30)
     assert np.abs(balance_residual(wrench, poses, places())).max() < 1e-9
 
 
 def test_offset_gravity_and_cross_talk_are_recovered() -> None:
-    faults, _, poses = make(1, 240)
-    result = calibrate_in_situ(poses, places(), LEGS, max_harmonics=3)
+    faults, _, _, result = calibrated()
     found = result.calibration
     angle = np.tile(np.linspace(-3, 3, 50)[:, None], (1, 6))
     error = found.unloaded_wrench(angle) - faults.unloaded_wrench(angle)
@@ -77,8 +84,7 @@ def test_without_point_feet_only_what_the_balance_tells_is_recovered() -> None:
 
 
 def test_foot_wrenches_are_nearer_to_the_truth_than_with_offsets_only() -> None:
-    _, wrench, poses = make(1, 240)
-    result = calibrate_in_situ(poses, places(), LEGS, max_harmonics=3)
+    _, wrench, poses, result = calibrated()
     offsets = calibrate_in_situ(poses, places(), LEGS, max_harmonics=0, cross_talk=False)
     errors = []
     for calibration in (offsets.calibration, result.calibration):
@@ -102,8 +108,7 @@ def test_an_error_that_all_sensors_share_leaves_the_balance_alone() -> None:
 
 
 def test_residuals_on_left_out_poses_fall_to_the_noise() -> None:
-    _, _, poses = make(2, 240)
-    result = calibrate_in_situ(poses, places(), LEGS, max_harmonics=3)
+    *_, result = calibrated()
     assert result.held_out >= 50
     for before, gravity, after in zip(result.before, result.stage_one, result.after, strict=True):
         assert before.standing_n > 0.5

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
@@ -111,7 +111,6 @@ FEET = st.lists(
 ).map(lambda pairs: np.array(pairs) / 100.0)
 
 
-@settings(max_examples=40)
 @given(FEET)
 def test_the_coulomb_balance_is_the_least_dissipation(feet: FloatArray) -> None:
     grip = np.linspace(1.0, 2.0, len(feet))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -37,7 +37,6 @@ def angles_of(columns: Mapping[str, FloatArray], frame: BodyFrame = BodyFrame())
     return np.column_stack([out[name] for name in BODY_ANGLES])
 
 
-@settings(max_examples=60, deadline=None)
 @given(ANGLE, ANGLE, YAWS, st.integers(0, 2**31))
 def test_every_form_of_a_rotation_gives_the_angles_back(
     roll: float, pitch: float, steps: list[float], seed: int
@@ -61,7 +60,6 @@ def test_every_form_of_a_rotation_gives_the_angles_back(
         np.testing.assert_allclose(back[:, 2], angles[:, 2] - start, atol=1e-9)
 
 
-@settings(max_examples=60, deadline=None)
 @given(ANGLE, ANGLE, YAWS, st.lists(st.floats(-0.3, 0.3), min_size=6, max_size=6))
 def test_a_marker_beside_the_body_in_a_world_with_y_up_gives_the_body_back(
     roll: float, pitch: float, steps: list[float], mounted: list[float]

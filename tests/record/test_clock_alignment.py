@@ -34,9 +34,9 @@ def wandering(rng: np.random.Generator, seconds: float = 40.0) -> tuple[FloatArr
 
 
 def test_known_offsets_are_recovered_within_the_stated_uncertainty() -> None:
-    """Two rates, a scale, noise of a twentieth of the motion: 40 offsets, errors in units of their sd."""
+    """Two rates, a scale, noise of a twentieth of the motion: 20 offsets, errors in units of their sd."""
     rng, errors = np.random.default_rng(0), []
-    for _ in range(40):
+    for _ in range(20):
         fine_s, motion = wandering(rng)
         size = motion.std()
         later_s = float(rng.uniform(-300, 300))

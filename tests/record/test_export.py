@@ -232,10 +232,10 @@ def peak_bytes(path: Path, out: Path) -> int:
 
 def test_memory_does_not_grow_with_the_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nine blocks need what three do; benchmarks/log_size.py measures an hour."""
-    monkeypatch.setattr(export, "BLOCK_TICKS", 100)
+    monkeypatch.setattr(export, "BLOCK_TICKS", 50)
     ticks = [make_tick(i, legs=1) for i in range(20)]
     peaks = []
-    for count in (300, 900):
+    for count in (150, 450):
         path = tmp_path / f"{count}.mcap"
         writer = LogWriter(
             path, names=("L",), config_text="", metadata={}, start_ns=0, start_unix_ns=0

@@ -341,8 +341,9 @@ def test_whatever_the_thread_meets_is_an_error_at_once_and_closing_ends() -> Non
     background.write(make_tick(0))
     background.close()
     assert "KeyError: 'unheard of'" in str(background.error)
+    tick = make_tick(1)
     for _ in range(QUEUE_TICKS + 10):  # the loop goes on until it stands
-        background.write(make_tick(1))
+        background.write(tick)
 
 
 def test_closing_gives_up_on_a_disk_that_takes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

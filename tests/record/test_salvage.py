@@ -76,7 +76,7 @@ def indexes(ticks: list[Tick]) -> list[int]:
     return [tick.index for tick in ticks]
 
 
-@pytest.mark.parametrize("cuts", [25, pytest.param(300, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("cuts", [12, pytest.param(300, marks=pytest.mark.thorough)])
 def test_cut_at_random_places_it_reads_up_to_the_last_second(
     cuts: int, tmp_path: Path, whole: Whole
 ) -> None:

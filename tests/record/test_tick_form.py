@@ -33,8 +33,14 @@ def with_texts(tick: Tick, gait: str, reason: str) -> Tick:
     )
 
 
-@pytest.mark.parametrize("estimate", [True, False])
-@pytest.mark.parametrize("legs", [1, 3, 6, 9])
+@pytest.mark.parametrize(
+    ("legs", "estimate"),
+    [
+        (6, True), (6, False), (1, True),
+        *(pytest.param(*case, marks=pytest.mark.soak)
+          for case in ((1, False), (3, True), (3, False), (9, True), (9, False))),
+    ],
+)  # fmt: skip
 def test_ticks_of_a_form_have_the_bytes_of_any_tick(legs: int, estimate: bool) -> None:
     encoders: dict[tuple[int, ...], tick_message.Encoder] = {}
     for index in range(60):

@@ -1,7 +1,10 @@
 """Made-up ticks with every corner of the type in them."""
 
+from functools import lru_cache
+
 import numpy as np
 
+from model.values.arrays import readonly
 from model.values.contact import ContactSolution, Support, Traction
 from model.values.estimate import Estimate, Health
 from model.values.faults import Fault, FaultKind, StopReason
@@ -13,20 +16,24 @@ NAMES = ("HL", "ML", "FL", "HR", "MR", "FR")
 PERIOD_NS = 10_000_000
 
 
+@lru_cache(maxsize=1024)
 def make_tick(index: int, *, legs: int = 6, seed: int = 0) -> Tick:
-    """A tick full of random numbers; which parts are absent depends on its index."""
+    """A tick full of random numbers; which parts are absent depends on its index.
+
+    Each is made once; its arrays cannot be written to.
+    """
     rng = np.random.default_rng([seed, index])
 
     def floats(*shape: int) -> np.ndarray:
         values = rng.normal(size=shape)
         values[rng.random(shape) < 0.1] = np.nan
-        return values
+        return readonly(values)
 
     def counts(*shape: int) -> np.ndarray:
-        return rng.integers(-(2**40), 2**40, shape)
+        return readonly(rng.integers(-(2**40), 2**40, shape))
 
     def flags(*shape: int) -> np.ndarray:
-        return rng.random(shape) < 0.5
+        return readonly(rng.random(shape) < 0.5)
 
     t_ns = 1_000_000_000 + index * PERIOD_NS
     faults = tuple(
@@ -85,10 +92,10 @@ def make_estimate(rng: np.random.Generator, t_ns: int, legs: int) -> Estimate:
     def symmetric(*shape: int) -> np.ndarray:
         half = rng.normal(size=(*shape, 3, 3))
         square = half @ np.swapaxes(half, -1, -2)
-        return square + np.swapaxes(square, -1, -2)
+        return readonly(square + np.swapaxes(square, -1, -2))
 
     def floats(*shape: int) -> np.ndarray:
-        return rng.normal(size=shape)
+        return readonly(rng.normal(size=shape))
 
     return Estimate(
         t_ns=t_ns, position_m=floats(2), yaw_rad=0.25, velocity_B=floats(3),

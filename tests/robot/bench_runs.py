@@ -56,8 +56,9 @@ def bench_run(
     weight_n: float = WEIGHT_N,
     begins: str = "torque",
     seed: int = 0,
+    estimate: bool = False,
 ) -> BenchRun:
-    """Walk for so long, then end; stops come first."""
+    """Walk for so long, then end; stops come first. The estimator is off unless asked for."""
     scenario = parse_scenario(f'seed = {seed}\nbegins = "{begins}"\n{faults}', range(1, 7))
     rig = open_in_memory(
         config,
@@ -78,7 +79,7 @@ def bench_run(
         return done if t > seconds and not stopping else wish(Intent.WALK, frequency_hz=0.25)
 
     try:
-        controller = Controller(config, rig.calibrations, armed=True)
+        controller = Controller(config, rig.calibrations, armed=True, estimate=estimate)
         return BenchRun(run(rig, controller, Told(tell), kept, None), kept.ticks)
     finally:
         rig.close()

@@ -64,10 +64,14 @@ def drive(
     seed: int = 0,
     disturb: Callable[[Rig, Tick], None] | None = None,
     kept: Kept | None = None,
+    estimate: bool = False,
 ) -> tuple[RunResult, list[Tick], Rig]:
-    """Run to the end; ``disturb`` is called with the rig after every tick."""
+    """Run to the end; ``disturb`` is called with the rig after every tick.
+
+    Without the estimator, which is nearly half of a tick, unless a test looks at what it estimates.
+    """
     rig = open_in_memory(config, VirtualSettings(seed=seed, armed=armed))
-    controller = Controller(config, rig.calibrations, armed=armed)
+    controller = Controller(config, rig.calibrations, armed=armed, estimate=estimate)
     sink = kept if kept is not None else Kept()
 
     class Disturber:

@@ -64,6 +64,7 @@ def test_the_table_says_what_was_not_asked_and_what_was_not_read(
     assert max(map(len, table)) <= 80
 
 
+@pytest.mark.usefixtures("words_only")
 def test_a_page_names_every_run_and_links_to_its_page(
     day: Path, runs: tuple[DayRun, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

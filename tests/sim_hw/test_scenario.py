@@ -216,7 +216,7 @@ def bytes_of_a_session(seed: int) -> tuple[bytes, list[object]]:
 
     port.note = listen  # type: ignore[method-assign]
     results: list[object] = []
-    for _ in range(250):
+    for _ in range(120):
         rig.clock.sleep_until_ns(rig.clock.now_ns() + 10_000_000)
         seen = rig.read()
         results.append((seen.servos.t_ns, seen.servos.valid.tolist(), len(seen.faults)))

@@ -336,7 +336,8 @@ def test_the_plain_sdk_over_a_pseudo_terminal() -> None:
         served.close()
 
 
-def test_our_port_over_a_pseudo_terminal_and_the_scan() -> None:
+def test_our_port_over_a_pseudo_terminal_and_the_scan(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.dynamixel.scan.IDS", 100)  # 0.3 s
     served = Served()
     try:
         found = scan(served.pty.device_name, (57_600, BAUD), MonotonicClock())

@@ -89,6 +89,12 @@ def served() -> Iterator[Served]:
     made.close()
 
 
+@pytest.fixture(autouse=True)
+def short_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No program holds the console, so nothing has to be waited for."""
+    monkeypatch.setattr("drivers.ati.setup.RESET_PAUSE_S", 0.005)
+
+
 def bigant(*words: object) -> int:
     return cli.run([str(w) for w in words])
 
@@ -156,7 +162,7 @@ def test_a_touched_robot_is_refused(
 ) -> None:
     served.source.touch = True
     path = tmp_path / "b.toml"
-    words = ["force", "bias", "--force-unit", served.address, "--seconds", "2", "--out", path]
+    words = ["force", "bias", "--force-unit", served.address, "--seconds", "1", "--out", path]
     assert bigant(*words) == ExitCode.USAGE
     error = capsys.readouterr().err
     assert "the robot was touched" in error

@@ -10,7 +10,7 @@ import pytest
 from robot.cli import main as cli
 from robot.console.exit_codes import ExitCode
 from tests.robot.light_servos import LightServos
-from tests.robot.sim_serve import Sim
+from tests.robot.sim_serve import ForkedSim, Sim
 
 Capture = pytest.CaptureFixture[str]
 
@@ -20,6 +20,12 @@ def port() -> Iterator[str]:
     servos = LightServos()
     yield servos.port
     servos.close()
+
+
+@pytest.fixture(autouse=True)
+def few_ids(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scan waits for the last id of a hundred, 0.3 s, and not for those of all ids."""
+    monkeypatch.setattr("drivers.dynamixel.scan.IDS", 100)
 
 
 def servo(*words: str) -> int:
@@ -38,7 +44,7 @@ def test_scan(port: str, capsys: Capture) -> None:
 
 
 def test_scan_of_bigant_sim_serve(capsys: Capture) -> None:
-    sim = Sim("--no-force-unit", "--absent", "2")
+    sim = ForkedSim("--no-force-unit", "--absent", "2")
     try:
         assert scan(sim.port, "--baud", "1000000", "--json") == ExitCode.OK
     finally:

@@ -177,7 +177,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def short_log(log: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The first ticks of it, more than the ones that are damaged."""
     path = tmp_path_factory.mktemp("short_log") / "run.mcap"
-    with_messages(log, path, {}, 60)
+    with_messages(log, path, {}, 45)
     return path
 
 

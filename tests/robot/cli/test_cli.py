@@ -66,6 +66,7 @@ def test_show_prints_and_draws(short_walk: Path, capsys: pytest.CaptureFixture[s
     ).replace("http://creativecommons.org", "").replace("https://matplotlib.org", "")
 
 
+@pytest.mark.usefixtures("empty_pictures")
 def test_show_writes_pictures(short_walk: Path, tmp_path: Path) -> None:
     assert bigant("show", str(short_walk), "--out", str(tmp_path / "p.png")) == ExitCode.OK
     names = sorted(p.name for p in tmp_path.iterdir())
@@ -256,7 +257,10 @@ def test_hardware_that_is_not_as_it_should_be(
         sim.close()
 
 
-def test_devices_finds_the_servos(capsys: pytest.CaptureFixture[str]) -> None:
+def test_devices_finds_the_servos(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("drivers.dynamixel.scan.IDS", 100)  # 0.3 s
     sim = ForkedSim()
     try:
         words = ["devices", "--port", sim.port, "--baud", "1000000", "--discover", "none"]

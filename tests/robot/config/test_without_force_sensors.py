@@ -108,6 +108,7 @@ def test_the_virtual_check_leaves_the_unit_out(
     assert not re.search(r"^fail +(?!loop)", said, re.MULTILINE)
 
 
+@pytest.mark.usefixtures("words_only")
 @pytest.mark.parametrize("step", ["10", "11"])
 def test_the_first_day_skips_the_sensors(
     step: str, file: Path, capsys: pytest.CaptureFixture[str]

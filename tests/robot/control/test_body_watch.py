@@ -20,7 +20,7 @@ NAMES = CONFIG.servo_bus.names
 PERIOD_NS = 10_000_000
 LIMITS = BodyLimits()
 NO_FAULTS: tuple[Fault, ...] = ()
-STUCK = '[[fault]]\nkind = "stuck_shaft"\nservo = 1\nstart_s = 4.2\n'
+STUCK = '[[fault]]\nkind = "stuck_shaft"\nservo = 1\nstart_s = 2.2\n'
 
 
 def known(t_ns: int = PERIOD_NS, **more: object) -> BodyInputs:
@@ -165,7 +165,7 @@ def test_a_jammed_shaft_is_a_stall() -> None:
     assert done.result.reason is StopReason.SERVO_STALLED
     assert done.result.detail.startswith("HL: its goal moved")
     at_s, _ = done.first(FaultKind.SERVO_STALLED)
-    assert 4.2 < at_s < 5.5
+    assert 2.2 < at_s < 3.5
 
 
 def test_a_fence_around_the_beginning() -> None:

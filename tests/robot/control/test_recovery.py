@@ -113,17 +113,18 @@ RECOVERY = "[safety.recovery]\nmost = 2\nafter_restart = true\n"
 OVERLOAD_LIMITS = {"max_current = 4.0 ": "max_current = 6.8 "}
 
 
-def turns_and_brownouts(count: int, more: str = RECOVERY) -> BenchRun:
+def turns_and_brownouts(count: int, *, estimate: bool = False) -> BenchRun:
     faults = "".join(
         f'[[fault]]\nkind = "brownout"\nservo = 4\nstart_s = {2.2 + 3.2 * n}\nduration_s = 0.1\n'
         for n in range(count)
     )
-    return bench_run(faults, config=changed(more=more), seconds=2.2 + 3.2 * count)
+    config, seconds = changed(more=RECOVERY), 2.2 + 3.2 * count
+    return bench_run(faults, config=config, seconds=seconds, estimate=estimate)
 
 
 @pytest.fixture(scope="module")
 def brownout() -> BenchRun:
-    return turns_and_brownouts(1)
+    return turns_and_brownouts(1, estimate=True)
 
 
 def test_a_servo_that_started_anew_is_taken_up_where_it_stands(brownout: BenchRun) -> None:

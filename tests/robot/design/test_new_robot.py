@@ -43,8 +43,17 @@ def test_any_number_of_legs_walks_without_a_warning(tmp_path: Path, legs: int, l
         assert one.figures.feet_least >= 3
 
 
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("leg", [FOUR_BAR, CRANK])
+# Each servo carries one kind of legs here, in turns.
+ON_EITHER_LEG = [(model, leg) for model in MODELS for leg in (FOUR_BAR, CRANK)]
+
+
+@pytest.mark.parametrize(
+    ("model", "leg"),
+    [
+        pytest.param(*case, marks=() if number % 4 in {0, 3} else pytest.mark.soak)
+        for number, case in enumerate(ON_EITHER_LEG)
+    ],
+)
 def test_any_servo_carries_the_robot_that_suits_it(tmp_path: Path, model: str, leg: str) -> None:
     config = load_robot(made(tmp_path, "--servo", model, "--leg", leg))
     assert config.parameters.servo.models == (model,) * 6
@@ -188,6 +197,7 @@ def test_it_walks_virtually_as_fast_as_the_model_says(
     tmp_path: Path, options: tuple[str, ...]
 ) -> None:
     robot = made(tmp_path, *options)
+    robot.write_text(robot.read_text() + "\n[estimator]\nenabled = false\n")  # not looked at
     expected = review_robot(load_robot(robot)).gaits[-1].figures
     log = tmp_path / "walk.mcap"
     drive = [

@@ -70,6 +70,7 @@ def test_a_servo_with_play(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     )
 
 
+@pytest.mark.usefixtures("words_only")
 def test_files_are_written_though_nobody_reads_what_is_printed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

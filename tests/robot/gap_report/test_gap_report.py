@@ -67,6 +67,7 @@ def plain(page: str) -> str:
     return re.sub(r"<[^>]*>", " ", page[page.index("<body>") :])
 
 
+@pytest.mark.usefixtures("words_only")
 def test_without_a_gap_there_are_no_shares_of_one(nothing: Diagnosis) -> None:
     assert nothing.verdict is Verdict.NO_GAP
     page = diagnosis_page(nothing, *SUBJECT)
@@ -79,6 +80,7 @@ def test_without_a_gap_there_are_no_shares_of_one(nothing: Diagnosis) -> None:
     assert "class='bar'" not in page
 
 
+@pytest.mark.usefixtures("words_only")
 def test_with_a_gap_title_and_head_say_what_where_and_of_which_files(found: Diagnosis) -> None:
     page = diagnosis_page(found, *SUBJECT)
     assert "<title>Explained: play at arm | bench, joint arm | run0.csv" in page
@@ -151,6 +153,7 @@ SWAPPED = DataFault("swapped", "shaft_arm_rad", "follows the command of leg and 
 LONE = DataFault("spikes", "current_arm_a", "1 lone sample stands out by 3", False)
 
 
+@pytest.mark.usefixtures("words_only")
 @pytest.mark.parametrize("verdict", [Verdict.EXPLAINED, Verdict.NO_GAP])
 def test_severe_faults_of_the_data_come_first_and_no_cause_sounds_sure(
     found: Diagnosis, verdict: Verdict
@@ -194,6 +197,7 @@ def test_legs_are_not_ranked_by_a_channel_that_they_do_not_have(found: Diagnosis
     assert "nan" not in "\n".join(lines)
 
 
+@pytest.mark.usefixtures("words_only")
 def test_why_nothing_is_known_of_how_far_is_the_true_reason(found: Diagnosis) -> None:
     unknown = replace(found.far, shrink=np.nan, low=np.nan, high=np.nan)
 
@@ -359,6 +363,7 @@ def test_a_cause_that_explains_next_to_nothing_does_not_make_the_whole_ambiguous
     assert ("what to do about encoder_scale at arm:" in lines) == (verdict is Verdict.AMBIGUOUS)
 
 
+@pytest.mark.usefixtures("words_only")
 def test_nothing_is_to_be_done_about_what_is_hardly_a_cause(found: Diagnosis) -> None:
     cause = found.causes[0]
     for probability, followed in ((0.05, False), (0.8, True)):

@@ -206,7 +206,7 @@ def test_measured_forces_are_the_ground_s_and_the_import_says_what_they_show(
 ) -> None:
     table = tmp_path / "hexapod18.csv"
     walk: Any = runpy.run_path(str(EXAMPLES / "chain_walk.py"))["walk"]
-    walk("hexapod18", table, 3.0, 0.0, 0, forces=True)
+    walk("hexapod18", table, 2.0, 0.0, 0, forces=True)
     log = table.with_suffix(".mcap")
     words = ["import", str(table), "--map", str(table.with_suffix(".map.toml")), "--out", str(log)]
     assert cli.run(words) == ExitCode.OK

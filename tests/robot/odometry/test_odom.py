@@ -20,6 +20,7 @@ from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray
 from model.values.gravity import STANDARD_GRAVITY
 from model.values.tick import Mode
+from record.exact_values import encode_values
 from record.log.reader import read_stamped_ticks, read_ticks
 from record.log.tum import TumFile
 from robot.cli import main as cli
@@ -43,11 +44,9 @@ WEIGHT_N = CONFIG.parameters.body.mass * STANDARD_GRAVITY
 
 @pytest.fixture(scope="module")
 def slipping(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A cycle and a half of the slipping gait, as a file."""
+    """A cycle of the slipping gait, as a file."""
     path = tmp_path_factory.mktemp("odom") / "slipping.mcap"
-    words = (
-        "drive --gait metachronal --cycles 1.5 --frequency-hz 0.15 --seed 5 --virtual-time --log"
-    )
+    words = "drive --gait metachronal --cycles 1 --frequency-hz 0.15 --seed 5 --virtual-time --log"
     assert cli.run([*words.split(), str(path)]) == ExitCode.OK
     return path
 
@@ -126,6 +125,11 @@ def test_it_says_what_the_loop_s_own_said_to_the_last_bit(slipping: Path, walk: 
     assert len(recorded) == len(walk.track.estimates) > 1000
     for own, theirs in zip(walk.track.estimates, recorded, strict=True):
         assert theirs is not None
+        none = np.empty((0, 3))
+        if encode_values(replace(own, companion_pose=none)) == encode_values(
+            replace(theirs, companion_pose=none)
+        ):
+            continue
         for field in fields(own):
             if field.name == "companion_pose":  # not in a log
                 continue

@@ -196,9 +196,9 @@ def test_rejections_of_gyro_and_tilt_are_named(found: OdometryComparison) -> Non
     ("change", "words"),
     [
         (places_only, "Unknown: RPE, yaw, velocities, NEES: the ground truth has places without a heading"),
-        (gaps, "calibrated on this log's own ground truth"),
+        pytest.param(gaps, "calibrated on this log's own ground truth", marks=pytest.mark.soak),
         (late, "Unknown: RPE: the walk is"),
-        (half_headings, "Velocity errors and their bands"),
+        pytest.param(half_headings, "Velocity errors and their bands", marks=pytest.mark.soak),
         (one_pose, "This log has no ground truth, so no errors can be shown"),
         (no_truth, "no truth in this log"),
         (no_forces, "No foot forces were measured"),

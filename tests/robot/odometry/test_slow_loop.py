@@ -7,11 +7,11 @@ from robot.odometry.compare import walking_part
 from robot.odometry.track import track_log
 from robot.report.ground_truth import true_pose
 from tests.pace import usual
-from tests.soaked import soaked
 from tests.walk_logs import walk_log
 
 
-@pytest.mark.parametrize("rate_hz", soaked(["33", "50"], lambda rate_hz: rate_hz == "33"))
+@pytest.mark.soak
+@pytest.mark.parametrize("rate_hz", ["33", "50"])
 def test_the_distance_of_a_walk_is_right_at_any_rate(
     tmp_path_factory: pytest.TempPathFactory, rate_hz: str
 ) -> None:

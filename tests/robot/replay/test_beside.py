@@ -1,10 +1,12 @@
 """A long log is replayed in two processes, with the result of one."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
 
+from gap.worker_pool import worker_pool
 from model.values.tick import Tick
 from record.log.reader import LogContents, read_tick_messages
 from robot.config.robot_file import RobotConfig
@@ -38,6 +40,8 @@ def another_yaw(tick: Tick) -> Tick:
 def test_two_processes_give_the_result_of_one(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, scale: float
 ) -> None:
+    if scale == 1.0:  # forked, for time; in soak a fresh interpreter, as usual
+        monkeypatch.setattr("robot.replay.beside.worker_pool", partial(worker_pool, inherit=True))
     path = changed(tmp_path / "today.mcap", lambda tick: tick)
     alone = replay_log(path, scale=scale)
     assert alone.equal_bits == alone.ticks

@@ -1,9 +1,7 @@
 """Replay finds what has changed and nothing else: in outputs, in bytes, on the robot again."""
 
 import json
-import subprocess
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -47,12 +45,20 @@ pytestmark = pytest.mark.usefixtures("usual_pace")
 
 
 @pytest.fixture(scope="module")
-def walk(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A short walk at 20 Hz in virtual time with the bytes of both devices."""
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A short walk at 20 Hz in virtual time with the bytes of both devices; legs move fast."""
     path = tmp_path_factory.mktemp("walk") / "walk.mcap"
     arguments = "drive --cycles 0.2 --virtual-time --rate-hz 20 --seed 4 --record-bytes --log"
-    assert run([*arguments.split(), str(path)]) == 0
+    with brisk():
+        assert run([*arguments.split(), str(path)]) == 0
     return path
+
+
+@pytest.fixture
+def walk(recorded: Path) -> Iterator[Path]:
+    """The walk, and legs that move as in it."""
+    with brisk():
+        yield recorded
 
 
 def changed(path: Path, change: Callable[[Tick], Tick]) -> Path:
@@ -129,7 +135,7 @@ def test_a_run_with_recoveries_replays_from_its_faults_alone(tmp_path: Path) -> 
     config = changed_file(more="[safety.recovery]\nmost = 2\nafter_restart = true\n")
     path = tmp_path / "recovered.mcap"
     with brisk():
-        done = bench_run(brownout, config=config, seconds=5.4)
+        done = bench_run(brownout, config=config, seconds=5.4, estimate=True)
         calibrations = open_in_memory(config).calibrations
         write(path, done.ticks, Controller(config, calibrations, armed=True), calibrations)
         result = replay_log(path, scale=0.0)
@@ -191,7 +197,7 @@ rate = 0.02
 [[fault]]
 kind = "silent_servo"
 servo = 3
-start_s = 2.0
+start_s = 1.0
 duration_s = 0.06
 """
 
@@ -200,10 +206,11 @@ def test_damaged_and_missing_replies_are_replayed_too(tmp_path: Path) -> None:
     scenario, path = tmp_path / "faulty.toml", tmp_path / "faulty.mcap"
     scenario.write_text(FAULTY, encoding="utf-8")
     arguments = "drive --cycles 0.1 --virtual-time --rate-hz 20 --record-bytes --scenario"
-    run([*arguments.split(), str(scenario), "--log", str(path)])
+    with brisk():
+        run([*arguments.split(), str(scenario), "--log", str(path)])
+        found = replay_bus(path)
     faulty = [tick for tick in read_ticks(path) if not tick.joints.valid.all()]
     assert len(faulty) > 3
-    found = replay_bus(path)
     assert found.wire is None
     assert found.first is None
 
@@ -323,21 +330,18 @@ def test_the_changed_one(assert_replays):
 """
 
 
-def test_a_lab_adds_its_log_in_three_lines(tmp_path: Path) -> None:
+def test_a_lab_adds_its_log_in_three_lines(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "ours.mcap").write_bytes(log_of("tripod").read_bytes())
     changed(tmp_path / "changed.mcap", lambda t: other_load(t, by_n=1.0))
     (tmp_path / "test_ours.py").write_text(USERS_TEST)
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "robot.replay.pytest_plugin"]
-    done = subprocess.run(
-        [*command, "-p", "no:cacheprovider", "--rootdir", str(tmp_path), str(tmp_path)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert "1 failed, 1 passed" in done.stdout, done.stdout + done.stderr
-    assert "changed.mcap does not replay equal" in done.stdout
-    assert "first difference: 4.016 s (tick 40), support, load of HR" in done.stdout
+    words = ["-q", "-p", "robot.replay.pytest_plugin", "-p", "no:cacheprovider"]
+    pytest.main([*words, "--rootdir", str(tmp_path), str(tmp_path)])
+    printed = capsys.readouterr().out
+    assert "1 failed, 1 passed" in printed
+    assert "changed.mcap does not replay equal" in printed
+    assert "first difference: 4.016 s (tick 40), support, load of HR" in printed
 
 
 def test_the_log_s_own_calibration_of_the_sensors_comes_back() -> None:

@@ -10,39 +10,41 @@ import pytest
 
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.readings import ServoReadings
-from model.values.tick import Inputs, Intent, Mode
+from model.values.tick import Inputs, Intent, Mode, Tick
 from record.log.reader import LogContents, TopicMessage, read_tick_messages
 from record.log.tick_message import decode_tick, encode_tick
 from robot.control.controller import Controller
 from robot.control.state_bytes import bytes_of_state
 from robot.replay.blocks import step_in_blocks
 from robot.replay.outputs import WalkedPart
-from robot.replay.step_through import step_through
+from robot.replay.step_through import in_order, step_recorded
 from robot.run.rebuilt import rebuild_controller
 
 Change = Callable[[Inputs, int], Inputs]
 TICKS = 400
 AT = 240  # a tick of the walk, which begins with tick 88
-Walk = tuple[Path, list[TopicMessage], Controller]
+Walk = tuple[Path, list[TopicMessage], list[Tick], Controller]
 
 
 @pytest.fixture(scope="module")
 def walked(cycle_walk: Path) -> Walk:
-    """A log, the first ticks of it, and a controller without an estimator."""
+    """A log, the first ticks of it as messages and as ticks, and a controller without an estimator."""
     contents = LogContents()
     messages = list(islice(read_tick_messages(cycle_walk, contents), TICKS))
     return (
         cycle_walk,
         messages,
+        [decode_tick(message.data) for message in messages],
         rebuild_controller(contents, None, None, estimate=False).controller,
     )
 
 
-def changed(messages: Sequence[TopicMessage], change: Change) -> list[TopicMessage]:
+def changed(
+    messages: Sequence[TopicMessage], ticks: Sequence[Tick], change: Change
+) -> list[TopicMessage]:
     """Messages with other inputs."""
     others = []
-    for k, message in enumerate(messages):
-        tick = decode_tick(message.data)
+    for k, (message, tick) in enumerate(zip(messages, ticks, strict=True)):
         inputs = change(tick.inputs, k - AT)
         data = message.data
         if inputs is not tick.inputs:
@@ -53,22 +55,22 @@ def changed(messages: Sequence[TopicMessage], change: Change) -> list[TopicMessa
 
 def in_rows_and_alone(walk: Walk, change: Change) -> tuple[int, set[str], Mode, StopReason]:
     """Step both ways, which must come to the same; say how many ticks were in rows, and what came of it."""
-    path, messages, controller = walk
-    messages = changed(messages, change)
+    path, whole, ticks, controller = walk
+    messages = changed(whole, ticks, change)
     blocks = list(step_in_blocks(path, messages, controller, []))
     state, faults, place, in_rows = controller.initial(), set[str](), 0, 0
-    alone = [tick for _, _, tick in step_through(path, messages, controller, [])]
+    one_by_one = in_order(path, messages, [])
     for block in blocks:
         in_rows += sum(len(part) for part in block.parts if isinstance(part, WalkedPart))
         for own in range(len(block)):
-            tick = alone[place]
+            message, recorded = next(one_by_one)
+            state, tick = step_recorded(path, message, recorded, controller, state)
             assert encode_tick(block.tick(own)) == encode_tick(tick), place
-            state, _ = controller.step(state, tick.inputs, tick.t_ns)
             faults |= {fault.kind.name for fault in tick.faults}
             place += 1
         assert bytes_of_state(block.state) == bytes_of_state(state), place
     assert place == TICKS
-    return in_rows, faults, alone[-1].mode, alone[-1].stop_reason
+    return in_rows, faults, tick.mode, tick.stop_reason
 
 
 def of_servos(change: Callable[[ServoReadings, int], ServoReadings]) -> Change:

@@ -247,6 +247,7 @@ def test_verdicts_in_a_table_are_marked_and_numbers_set_right() -> None:
     assert "empty" not in report_page("t", "", [Section("empty", [], ("a",))])
 
 
+@pytest.mark.usefixtures("words_only")
 def test_a_page_of_the_pre_flight_says_what_to_do_first() -> None:
     page = pre_flight("virtual", failed("port", "absent", "plug it in"))
     assert page.index("Not fit to walk: port") < page.index("plug it in") < page.index("absent")

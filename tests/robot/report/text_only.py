@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 
@@ -24,6 +25,14 @@ def without_pictures() -> Iterator[None]:
         patch.setattr(pictures, "inline_svg", no_svg)
         patch.setattr(Figure, "draw_without_rendering", lambda figure: None)
         yield
+
+
+@pytest.fixture
+def empty_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are files with nothing in them, for tests that read only their names."""
+    from matplotlib.figure import Figure
+
+    monkeypatch.setattr(Figure, "savefig", lambda _, path, **more: Path(path).touch())
 
 
 @pytest.fixture

@@ -145,10 +145,10 @@ def test_the_same_seed_gives_the_same_ticks() -> None:
     def cut_in_mid_walk() -> Told:
         return Told(lambda t, _: CUT if t > 2.0 else wish(Intent.WALK))
 
-    runs = [drive(cut_in_mid_walk(), seed=5)[1] for _ in range(2)]
+    runs = [drive(cut_in_mid_walk(), seed=5, estimate=True)[1] for _ in range(2)]
     assert runs[0][-2].mode is Mode.WALK
     assert [encode_tick(t) for t in runs[0]] == [encode_tick(t) for t in runs[1]]
-    other = drive(cut_in_mid_walk(), seed=6)[1]
+    other = drive(cut_in_mid_walk(), seed=6, estimate=True)[1]
     assert [encode_tick(t) for t in other] != [encode_tick(t) for t in runs[0]]
 
 
@@ -207,7 +207,7 @@ def test_one_lost_reading_is_a_fault_and_no_stop() -> None:
     def blink(rig: Rig, tick: Tick) -> None:
         servos(rig).silence(2, on=tick.index % 50 == 0)
 
-    result, ticks, _ = drive(walk_then_stop(4.0), disturb=blink)
+    result, ticks, _ = drive(walk_then_stop(3.0), disturb=blink, estimate=True)
     assert result.reason is StopReason.OPERATOR
     silent = [t for t in ticks if not t.joints.valid[1]]
     assert len(silent) > 5
@@ -333,7 +333,7 @@ def test_the_loop_runs_at_200_hz() -> None:
 def test_a_robot_with_eight_legs_walks() -> None:
     """The example file, whose fourth pair of legs carries no force sensor."""
     config = load_robot(Path(__file__).resolve().parents[3] / "examples" / "octopod.toml")
-    result, ticks, _ = drive(walk_then_stop(9.0), config=config)
+    result, ticks, _ = drive(walk_then_stop(9.0), config=config, estimate=True)
     assert result.reason is StopReason.OPERATOR
     assert forward(ticks) > 0.05
     valid = ticks[-1].forces.valid

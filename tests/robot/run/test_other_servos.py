@@ -37,7 +37,7 @@ def test_it_walks_on_the_plant(changes: tuple[tuple[str, str], ...], measured: i
 
 def test_a_jammed_shaft_without_a_current_stops_by_its_lag() -> None:
     config = parse_robot(other_robot(*XL430))
-    jam = '[[fault]]\nkind = "stuck_shaft"\nservo = 1\nstart_s = 4.2\n'
+    jam = '[[fault]]\nkind = "stuck_shaft"\nservo = 1\nstart_s = 2.2\n'
     kept = bench_run(jam, config=config)
     kinds = {fault.kind for tick in kept.ticks for fault in tick.faults}
     assert FaultKind.SERVO_LAG in kinds

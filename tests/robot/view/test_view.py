@@ -166,8 +166,9 @@ def test_a_terminal_that_takes_nothing_does_not_hold_the_loop(
 
     monkeypatch.setattr("robot.view.screen.CLOSE_S", 0.1)
     view = open_view(OWN, "", "", Stopped())
+    tick = make_tick(0)
     for i in range(3000):
-        view.show(replace(make_tick(0), t_ns=i * 1_000_000_000))
+        view.show(replace(tick, t_ns=i * 1_000_000_000))
     view.close()
     assert not ended, "the first write still waits: nobody waited for it"
     go_on.set()

@@ -9,6 +9,7 @@ import serial
 
 from drivers.ati.packets import UnitCommand, build_command
 from drivers.dynamixel.frames import build_status
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 from sim_hw.faults.kinds import KINDS
 from tests.robot.cli.test_cli import ROOT, bigant
@@ -43,9 +44,12 @@ def test_a_drive_in_virtual_time_meets_the_faults_the_same_way_twice(
     scenario: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     logs = [tmp_path / "1.mcap", tmp_path / "2.mcap"]
+    robot = tmp_path / "robot.toml"
+    text = DEFAULT_ROBOT_FILE.read_text(encoding="utf-8")
+    robot.write_text(f"{text}\n[estimator]\nenabled = false\n", encoding="utf-8")
+    words = ["drive", "--virtual-time", "--robot", str(robot), "--scenario", str(scenario)]
     for log in logs:
-        words = ["drive", "--virtual-time", "--scenario", str(scenario), "--log", str(log)]
-        assert bigant(*words, *SHORT) == ExitCode.OK
+        assert bigant(*words, "--log", str(log), *SHORT) == ExitCode.OK
     printed = capsys.readouterr().out
     for kind in ("FORCE_SATURATED in", "FORCE_GAP in", "SERVO_SILENT in"):
         assert kind in printed.splitlines()[-2]
