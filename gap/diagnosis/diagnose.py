@@ -12,6 +12,7 @@ from gap.diagnosis.by_vibration import settled_by_vibration, shaken_channels
 from gap.diagnosis.commissioning import commission
 from gap.diagnosis.detection import Detection, detect, detectable
 from gap.diagnosis.drop_worse import drop_worse
+from gap.diagnosis.exchange import with_gap_fitted
 from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.how_far import HowFar, how_far
@@ -92,6 +93,7 @@ def diagnose_study(
     checked = study.predictor.checked()
     study = _commissioned(study, standing, progress)
     progress("measuring the baseline", 0.12)
+    study = with_gap_fitted(study)
     comparison = compare(study, lambda share: progress("effects one by one", 0.15 + 0.3 * share))
     selection = select(
         comparison.evidence, comparison.candidates, comparison.signatures,

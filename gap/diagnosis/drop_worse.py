@@ -63,9 +63,16 @@ def _worst(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | 
 
 
 def _adds_little(far: HowFar) -> set[int]:
-    """Numbers of the causes that add next to nothing to the others on held-out runs; none of one alone."""
+    """Numbers of the causes that add next to nothing to the others on held-out runs; none of one alone.
+
+    Nor one that changes nothing there, such as a limit that is not reached: these runs cannot judge it.
+    """
     several = len(far.last) > 1
-    return {at for at, last in enumerate(far.last) if several and last < HELD_OUT_ADDS}
+    return {
+        at
+        for at, last in enumerate(far.last)
+        if several and last < HELD_OUT_ADDS and far.changes(at)
+    }
 
 
 def _sizes(comparison: GapEvidence, selection: Selection) -> list[float]:

@@ -25,6 +25,7 @@ TRACE_POINTS = 400
 FEWEST_RUNS = 3  # from which an interval is over runs
 MOST_SWITCHED = 4  # causes, up to which every set of them is predicted
 FEWEST_BLOCKS = 4  # from which a difference between two sets of causes has a scatter
+UNCHANGED = 1e-9  # of the RMS, by rounding
 BROKEN = (
     1e9  # baselines off, from which a simulation has broken down: how far off it is, is no figure
 )
@@ -119,6 +120,13 @@ class HowFar:
     def each(self) -> FloatArray:
         """What each of N causes closes, (N,): the mean of first and last in."""
         return np.asarray(0.5 * (np.array(self.alone) + np.array(self.last)))
+
+    def changes(self, at: int) -> bool:
+        """Whether held-out runs are predicted otherwise with cause number ``at`` beside the others."""
+        rms = dict(zip(self.sets, self.rms, strict=True))
+        whole = tuple(range(len(self.last)))
+        with_it, without_it = rms[whole], rms[(*whole[:at], *whole[at + 1 :])]
+        return not abs(with_it - without_it) <= UNCHANGED * without_it  # also where one broke down
 
     @property
     def over_runs(self) -> bool:

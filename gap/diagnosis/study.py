@@ -27,6 +27,14 @@ from record.trial.trial import Trial
 FEWEST_REFERENCES = 3  # from which the scatter of healthy runs is measured
 
 
+@dataclass(frozen=True, slots=True)
+class Exchange:
+    """Trials that changed places: one that judged is fitted to, and one that was fitted to judges."""
+
+    fitted: int
+    held: int
+
+
 @dataclass(frozen=True)
 class Study:
     """What a diagnosis works on.
@@ -36,12 +44,16 @@ class Study:
         fitted: Parts that are fitted to.
         held: Parts that are held out to judge.
         references: Whole runs of the same machine assumed healthy.
+        evenly: Whether the rule said which runs judge, and nobody else.
+        exchange: Which changed places, None if none did.
     """
 
     predictor: Predictor
     fitted: tuple[TrialPart, ...]
     held: tuple[TrialPart, ...] = ()
     references: tuple[TrialPart, ...] = ()
+    evenly: bool = True
+    exchange: Exchange | None = None
     _vibrating: Callable[[], dict[str, ChannelVibration]] | None = None
     _baselines: dict[Drive, tuple[Floor, tuple[Healthy, ...]]] = field(default_factory=dict)
 
@@ -75,10 +87,17 @@ class Study:
 
     def with_standing(self, causes: tuple[Cause, ...]) -> "Study":
         """Return the study of a simulator that has these causes in every prediction."""
-        return Study(
-            self.predictor.with_standing(causes),
-            self.fitted, self.held, self.references, self._vibrating,
-        )  # fmt: skip
+        return replace(self, predictor=self.predictor.with_standing(causes), _baselines={})
+
+    def exchanged(self, exchange: Exchange) -> "Study":
+        """Return the study in which two trials have changed places."""
+        parts = {part.trial: part for part in (*self.fitted, *self.held)}
+        other = {exchange.held: exchange.fitted, exchange.fitted: exchange.held}
+        fitted, held = (
+            tuple(parts[other.get(part.trial, part.trial)] for part in own)
+            for own in (self.fitted, self.held)
+        )
+        return replace(self, fitted=fitted, held=held, exchange=exchange, _baselines={})
 
     def floor(self, drive: Drive) -> Floor:
         """Return noise and expected misfit under a drive."""
@@ -168,7 +187,8 @@ def make_study(
     known = whole_parts(simulator, references, len(trials))
     predictor = Predictor(simulator, (*trials, *references), elsewhere)
     find = partial(_vibrations, simulator, (*fitted, *held), known)
-    return Study(predictor, fitted, held, known, meanwhile(find, predictor.at_once))
+    vibrating = meanwhile(find, predictor.at_once)
+    return Study(predictor, fitted, held, known, hold_out is None, None, vibrating)
 
 
 def _vibrations(

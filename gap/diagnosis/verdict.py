@@ -70,6 +70,7 @@ def named_causes(
 ) -> tuple[NamedCause, ...]:
     """Return the causes with everything known of them, the one that closes most first.
 
+    That is by held-out runs, or by those that were fitted to, where held-out runs do not show all causes.
     There is one probability and one trend a cause; ``healthy`` are references, None for too few.
     """
     errors = standard_errors(evidence, healthy, selection.fitted)
@@ -78,6 +79,7 @@ def named_causes(
     for i, (cause, step) in enumerate(zip(selection.fitted.causes, selection.steps, strict=True)):
         effect = step.chosen.added.effect
         size = len(effect.parameters)
+        judged = far.changes(i)
         causes.append(
             NamedCause(
                 effect=effect.family,
@@ -87,9 +89,9 @@ def named_causes(
                 probability=probabilities[i],
                 nats=step.chosen.over.nats,
                 nats_error=step.chosen.over.error,
-                shrink=parts[i],
-                alone=far.alone[i],
-                last=far.last[i],
+                shrink=parts[i] if judged else np.nan,
+                alone=far.alone[i] if judged else np.nan,
+                last=far.last[i] if judged else np.nan,
                 physics=effect.physics,
                 remedy=effect.remedy,
                 form=effect.name,
@@ -98,6 +100,8 @@ def named_causes(
             )
         )
         at += size
+    if not all(map(far.changes, range(len(causes)))):
+        return tuple(sorted(causes, key=lambda one: -one.nats))
     return tuple(sorted(causes, key=lambda one: -np.nan_to_num(one.shrink, nan=0.0)))
 
 
@@ -158,6 +162,12 @@ def warnings_of(
             "only one run per gait: the first two thirds were used for fitting, the last third for "
             "testing"
         )
+    if study.exchange is not None:
+        own, other = study.exchange.fitted + 1, study.exchange.held + 1
+        yield (
+            f"run {own} shows a gap that the runs to fit to do not show, so it is fitted to, and run "
+            f"{other} is held out in its place"
+        )
     if blocks < FEW_BLOCKS:
         yield f"only {blocks} blocks to fit to; record longer runs"
     if references and not {p.gait for p in study.fitted} <= {p.gait for p in study.references}:
@@ -180,6 +190,13 @@ def warnings_of(
         )
     if not named and (currents := current_words(study)):
         yield currents
+    if np.isfinite(far.shrink) and (
+        hidden := [place_words(one.effect, one.joints) for one in named if np.isnan(one.last)]
+    ):
+        yield (
+            f"the runs held out for testing do not show {' and '.join(hidden)}, so they cannot judge it; "
+            "record another run like the one that shows it"
+        )
     for one in named:
         place = place_words(one.effect, one.joints)
         if one.trend.surely(len(named)):

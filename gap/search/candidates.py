@@ -16,6 +16,7 @@ from gap.constants import VIBRATION_CLEAR
 from gap.interfaces import NOWHERE, Cause, Effect, Parameter, Scope, Simulator, places_for
 from gap.residuals.vibration import ChannelVibration
 
+NEARBY = 0.05  # of a value, the longest step of a limit
 STEP = 0.25  # of the spread, for differences about the neutral value
 FINE_STEP = 0.05  # about a fitted one
 AWAY = 2.0  # spreads from neutral, of an effect that looks unlike itself there
@@ -143,7 +144,10 @@ def stepped(
 ) -> tuple[float, ...]:
     """Return values, one a parameter, with number i a share of its spread away, within its bounds."""
     p = parameters[i]
-    moved = values[i] + step_of(p, values[i], share)
+    step = step_of(p, values[i], share)
+    if is_limit(p):  # a slope across the edge of what shows is none
+        step = float(np.clip(step, -NEARBY * values[i], NEARBY * values[i]))
+    moved = values[i] + step
     return (*values[:i], min(max(moved, p.lower), p.upper), *values[i + 1 :])
 
 
@@ -157,11 +161,15 @@ def away_starts(effect: Effect) -> list[tuple[float, ...]]:
 
 
 def starts_of(
-    effect: Effect, silent: Sequence[bool], reach_m: tuple[float, float] = NOWHERE
+    effect: Effect,
+    silent: Sequence[bool],
+    reach_m: tuple[float, float] = NOWHERE,
+    edge: Sequence[float] = (),
 ) -> list[tuple[float, ...]]:
     """Return where fits may begin, given which parameters leave no trace at neutral.
 
-    The reach is between which places the machine touched its world; NaN if unknown.
+    The reach is between which places the machine touched its world, NaN if unknown; the edge is more
+    values to begin from, of a limit.
     """
     parameters = effect.parameters
     neutral = tuple(p.neutral for p in parameters)
@@ -170,7 +178,10 @@ def starts_of(
         starts = [
             (*neutral[:at], value, *neutral[at + 1 :])
             for at in quiet
-            for value in _ladder(parameters[at], reach_m)
+            for value in (
+                *_ladder(parameters[at], reach_m),
+                *(edge if is_limit(parameters[at]) else ()),
+            )
         ]
     else:
         starts = [neutral]
@@ -191,13 +202,28 @@ def _ladder(p: Parameter, reach_m: tuple[float, float]) -> list[float]:
         first, last = float(np.clip(reach_m[0], low, high)), float(np.clip(reach_m[1], low, high))
         count = int(np.clip(round((last - first) / APART_M), 2, MOST_PLACES))
         return [float(first + (k + 0.5) * (last - first) / count) for k in range(count)]
-    if low > 0 and high / low > LOG_RANGE:
-        return [float(low * (high / low) ** q) for q in (0.1, *QUANTILES, 0.9)]
+    if by_ratios(p):
+        return ratio_steps(p)
     if high - low > WIDE * p.spread:  # where it is likely, not where it may be at most
         return [
             float(np.clip(p.neutral + k * p.spread, low, high)) for k in (-1.0, -0.5, 0.0, 0.5, 1.0)
         ]
     return [float(low + q * (high - low)) for q in QUANTILES]
+
+
+def by_ratios(p: Parameter) -> bool:
+    """Whether a parameter's range is so wide that it is walked by ratios."""
+    return p.lower > 0 and p.upper / p.lower > LOG_RANGE
+
+
+def is_limit(p: Parameter) -> bool:
+    """Whether a parameter is a limit: it may be anywhere, and where it is highest nothing reaches it."""
+    return by_ratios(p) and p.neutral >= p.upper
+
+
+def ratio_steps(p: Parameter) -> list[float]:
+    """Values over the range of a parameter that is walked by ratios."""
+    return [float(p.lower * (p.upper / p.lower) ** q) for q in (0.1, *QUANTILES, 0.9)]
 
 
 def off_bounds(causes: tuple[Cause, ...], effects: Mapping[str, Effect]) -> tuple[Cause, ...]:
@@ -214,6 +240,6 @@ def off_bounds(causes: tuple[Cause, ...], effects: Mapping[str, Effect]) -> tupl
 def _towards_neutral(p: Parameter, value: float) -> float:
     if p.lower < value < p.upper or value == p.neutral:
         return value
-    if p.lower > 0 and p.upper / p.lower > LOG_RANGE:
+    if by_ratios(p):
         return float(np.sqrt(value * p.neutral))
     return 0.5 * (value + p.neutral)

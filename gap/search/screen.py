@@ -8,14 +8,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gap.interfaces import Cause
+from gap.interfaces import Cause, Parameter
 from gap.residuals.evidence import Evidence
 from gap.search.at_once import ahead_of
-from gap.search.candidates import STEP, Candidate, away_starts, starts_of, stepped
+from gap.search.candidates import (
+    STEP,
+    Candidate,
+    away_starts,
+    is_limit,
+    ratio_steps,
+    starts_of,
+    stepped,
+)
 from model.values.arrays import FloatArray
 
 SILENT = 1e-6  # share of the independent frames below which a signature is none
 BATCH = 16
+EDGE_STARTS = 4  # between a value that shows and one that does not
+FARTHEST = 1.5  # times its start: how far a slope of a limit is followed
 ROOM = 512  # rows of signatures, at first: address space until they are made
 
 
@@ -93,6 +103,7 @@ def make_signatures(
             strict=True,
         )
     )
+    edges = {name: _edge(rows, one) for name, one in firsts.items() if not acting[name]}
     each: list[Signature] = []
     later: list[_Start] = []
     for one in candidates:
@@ -107,10 +118,30 @@ def make_signatures(
             each.append(Signature(one, one.neutral, live, own, -1))
         else:
             silent = [i not in live for i in range(len(own))]
-            starts = starts_of(one.effect, silent, evidence.reach_m)
+            starts = starts_of(one.effect, silent, evidence.reach_m, edges[one.effect.name])
             later += [_Start(one, start, live) for start in starts]
     each += rows.about(later, lambda share: progress(0.7 + 0.3 * share))
     return Signatures(tuple(each), rows.all)
+
+
+def _edge(rows: "_Rows", one: Candidate) -> list[float]:
+    """Values of a limit at the edge of what shows: where nothing reaches it, it shows nothing.
+
+    A little below it looks unlike itself far below.
+    """
+    parameters = one.effect.parameters
+    if len(parameters) != 1 or not is_limit(parameters[0]):
+        return []
+    steps = ratio_steps(parameters[0])
+    seen = [rows.seen(row) for row in rows.add([(one, (value,)) for value in steps])]
+    return [
+        float(a * (b / a) ** (k / (EDGE_STARTS + 1)))
+        for (a, b), (at_a, at_b) in zip(
+            itertools.pairwise(steps), itertools.pairwise(seen), strict=True
+        )
+        if at_a != at_b
+        for k in range(1, EDGE_STARTS + 1)
+    ]
 
 
 def _spreads(one: Candidate, i: int, step: float) -> float:
@@ -253,6 +284,13 @@ class Weighed:
         return sorted(best.values(), key=lambda g: (-g.nats, g.signature.candidate.key))
 
 
+def _range(p: Parameter, start: float, offset: int) -> tuple[float, float]:
+    """Values that a slope at a start may lead to; of a limit not far, where it shows nothing any more."""
+    if offset < 0 or not is_limit(p):
+        return p.lower, p.upper
+    return max(p.lower, start / FARTHEST), min(p.upper, start * FARTHEST)
+
+
 class _Products(NamedTuple):
     """Of a signature's D rows with each other, (D, D), with its offset, (D,), and of that with itself."""
 
@@ -286,8 +324,7 @@ def _gain(one: Signature, products: _Products, along: FloatArray) -> Gain:
     if len(spread):
         away = (start - neutral) / spread
         step = np.linalg.solve(gram + np.eye(len(spread)), pull - away)
-        low = np.array([parameters[i].lower for i in one.live])
-        high = np.array([parameters[i].upper for i in one.live])
+        low, high = np.array([_range(parameters[i], one.start[i], one.offset) for i in one.live]).T
         reached = np.clip(start + step * spread, low, high)
         step = (reached - start) / spread
         prior = 0.5 * float((away + step) @ (away + step) - away @ away)
