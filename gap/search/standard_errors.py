@@ -30,6 +30,8 @@ from gap.search.novelty import sizes_in_references, sizes_in_trials
 from gap.search.scatter import scatter
 from model.values.arrays import FloatArray
 
+SHOWN_SHARE = 1e-3  # of a number's energy, below which other runs do not show it
+
 
 def standard_errors(evidence: Evidence, healthy: Evidence | None, fitted: Fitted) -> FloatArray:
     """Return the standard error of every parameter in spreads, (P,), in the order of ``fitted.away``.
@@ -77,9 +79,15 @@ def _by_noise(evidence: Evidence, fitted: Fitted, gram: FloatArray) -> FloatArra
 
 
 def _without_each_run(evidence: Evidence, fitted: Fitted) -> FloatArray:
-    """Jackknife over runs; 0 for one run."""
+    """Jackknife over runs; 0 for one run.
+
+    Without the only run that shows a number there is none, so that run is not left out for it.
+    """
     run_of_frame = evidence.block_part[evidence.block_of_frame]
     runs, steps = steps_without(evidence, fitted, run_of_frame)
+    energy = (fitted.slopes**2 * evidence.weights(fitted.residual)).sum(axis=2)
+    each = np.array([energy[:, run_of_frame == run].sum(axis=1) for run in runs])
+    steps = np.where(each.sum(axis=0) - each < SHOWN_SHARE * each.sum(axis=0), 0.0, steps)
     scatter = ((steps - steps.mean(axis=0)) ** 2).sum(axis=0)
     return np.asarray(np.sqrt((len(runs) - 1) / len(runs) * scatter))
 

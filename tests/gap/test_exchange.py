@@ -12,6 +12,8 @@ from gap.diagnosis.exchange import with_gap_fitted
 from gap.diagnosis.study import Exchange, Study, make_study
 from gap.interfaces import Cause, Drive, Effect, Parameter, Scope
 from gap.residuals.hold_out import HoldOut
+from gap.search.fit import fit_causes
+from gap.search.standard_errors import standard_errors
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_effect, toy_trial
@@ -97,6 +99,19 @@ def stopped_run(at: int, limit_n: float) -> Trial:
     force = one.force_n.copy()
     force[..., 2] = np.minimum(force[..., 2], limit_n)
     return replace(one, force_n=force)
+
+
+def test_a_number_that_one_run_shows_is_not_judged_without_that_run() -> None:
+    """Without it the number would be what it is where nothing happens, and its error as large as that."""
+    runs = [stopped_run(at, 4.6) for at in (0, 2, 3, 6)]
+    study = make_study(runs, Stopped(), REFERENCES, hold_out=HoldOut((3,)))
+    evidence = study.evidence(study.local)
+    start = (Cause("offset", ("c",), (0.1,)), Cause("stop", (), (4.5,)))
+    fitted = fit_causes(evidence, start)
+    _, stop = standard_errors(evidence, None, fitted)
+    spread = Stopped().effects[-1].parameters[0].spread
+    assert fitted.causes[1].values[0] == pytest.approx(4.6, rel=0.02)
+    assert stop * spread < 0.5
 
 
 def test_a_cause_that_held_out_runs_do_not_show_stays_and_it_is_written() -> None:
