@@ -44,7 +44,7 @@ class Study:
         fitted: Parts that are fitted to.
         held: Parts that are held out to judge.
         references: Whole runs of the same machine assumed healthy.
-        evenly: Whether the rule said which runs judge, and nobody else.
+        evenly: Whether a rule chose the runs that judge, and no person.
         exchange: Which changed places, None if none did.
     """
 

@@ -15,7 +15,7 @@ from gap.delegate import Without
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.commissioning import enough_conditions, standing_of
 from gap.diagnosis.coverage import blind_spots
-from gap.diagnosis.detectable import Detectable
+from gap.diagnosis.detection import Detectable
 from gap.diagnosis.diagnose import diagnose_study
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
