@@ -25,7 +25,7 @@ def clear_size(
 ) -> float:
     """Return the size that would have a chance below a level in a share of all sets of such trials.
 
-    By the clearer of two tests, of all gaits together and gait by gait.
+    By the test of all gaits together: one of two (``gap.search.novelty``), and the more cautious.
 
     Args:
         seen: Sizes in trials; only their scatter counts.
@@ -38,28 +38,15 @@ def clear_size(
     """
     if not len(seen) or not len(known):
         return float(np.inf)
-    directions = max(parameters, 1)
     each = gait_by_gait(seen, known, others, usual.in_gaits)
-    of_one = (
-        level if each is None else level / 2.0
-    )  # by harmonic mean, where the other shows nothing
-    together = healthy_scatter([seen, known], others, usual.together)
-    error = ahead_of(seen, known, usual.together.gaits_differ)[1]
-    size = _clear(together, directions, of_one, share, error)
-    if each is None:
-        return size
-    apart = directions + each.gaits - 1
-    return min(size, _clear(each.scatter, apart, of_one, share, 1.0 / each.precision))
-
-
-def _clear(
-    scatter: HealthyScatter, directions: int, level: float, share: float, variance: float
-) -> float:
-    """Size by one test, of which the mean has a variance in units of a run's."""
+    # of a harmonic mean; what the other test adds depends on what a cause does in each gait
+    of_one = level if each is None else level / 2.0
+    scatter = healthy_scatter([seen, known], others, usual.together)
     if scatter.alike.free <= 0.0:
         return float(np.inf)
-    square = clear_square(scatter, directions, level)
-    return float(np.sqrt(variance) * (np.sqrt(square) + _margin(scatter, share)))
+    error = np.sqrt(ahead_of(seen, known, usual.together.gaits_differ)[1])
+    square = clear_square(scatter, max(parameters, 1), of_one)
+    return float(error * (np.sqrt(square) + _margin(scatter, share)))
 
 
 def clear_square(scatter: HealthyScatter, directions: int, level: float) -> float:

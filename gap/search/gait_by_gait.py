@@ -22,14 +22,12 @@ class GaitByGait:
     Attributes:
         ahead: By how much sizes are ahead, in the mean of gaits as precise as each is.
         square: Of what trials are ahead by in each gait, over its variance in units of a run's, summed.
-        precision: One over the variance of ``ahead``, in units of a run's.
         gaits: How many there are.
         scatter: Of runs of one gait.
     """
 
     ahead: float
     square: float
-    precision: float
     gaits: int
     scatter: HealthyScatter
 
@@ -56,7 +54,6 @@ def gait_by_gait(
     return GaitByGait(
         ahead=float(np.dot(off, worth) / np.sum(worth)),
         square=float(np.dot(np.square(off), worth)),
-        precision=float(np.sum(worth)),
         gaits=len(common),
         scatter=healthy_scatter(own, elsewhere, usual),
     )
