@@ -69,7 +69,9 @@ def test_kinds_that_are_alike_are_kinds() -> None:
     assert set(KINDS) > ALIKE
 
 
-@pytest.mark.parametrize("case", [pytest.param(case, id=names(case)) for case in CASES if kept(case)])
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, id=names(case)) for case in CASES if kept(case)]
+)
 def test_the_robot_does_what_it_should_and_the_page_says_so(case: Case) -> None:
     """Without the estimator, which decides nothing and is half of the time."""
     _check(case, run_case(case, estimate=False))

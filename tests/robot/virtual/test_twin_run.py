@@ -119,8 +119,17 @@ def test_a_robot_that_would_stop_is_an_error_not_a_shorter_trial() -> None:
         walk_fast(CONFIG, twin, plan_of(CONFIG, "tripod", 0.2, 5.0, 0.0), lambda _: None)
 
 
-@pytest.mark.parametrize("limit", ["max_distance = 0.03", "max_tilt = 0.001\ntilt_time = 0.02"])
-@pytest.mark.parametrize("walk", [walk_fast, partial(walk_through_bytes, log=None)])
+@pytest.mark.parametrize(
+    ("walk", "limit"),
+    [
+        (walk_fast, "max_distance = 0.03"),
+        (partial(walk_through_bytes, log=None), "max_tilt = 0.001\ntilt_time = 0.02"),
+        pytest.param(walk_fast, "max_tilt = 0.001\ntilt_time = 0.02", marks=pytest.mark.soak),
+        pytest.param(
+            partial(walk_through_bytes, log=None), "max_distance = 0.03", marks=pytest.mark.soak
+        ),
+    ],
+)
 def test_limits_on_the_body_stop_either_walk(walk: Callable[..., Trial], limit: str) -> None:
     config = parse_robot(f"{DEFAULT_ROBOT_FILE.read_text()}\n[safety]\n{limit}\n")
     twin = make_twin(config, (), seed=0)
