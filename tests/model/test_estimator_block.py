@@ -30,7 +30,7 @@ Change = Callable[[int, OdometryInputs], OdometryInputs]
 
 @cache  # not made by whoever only collects tests
 def world() -> World:
-    return simulate(SETTINGS, 21, 400)
+    return simulate(SETTINGS, 21, 300)
 
 
 def arrays(known: Sequence[OdometryInputs]) -> BlockInputs:
@@ -171,7 +171,7 @@ def with_shafts(i: int, known: OdometryInputs) -> OdometryInputs:
     ("change", "most_left"),
     [
         (same, 1), (rarely, 1), (silent, 50), (one_missing, 1), (lifted, 45), (heavier, 1),
-        (without_encoder, 20), (standing, 225), (out_of_time, 6), (contradicting, 200),
+        (without_encoder, 20), (standing, 125), (out_of_time, 6), (contradicting, 150),
         (with_shafts, 1),
     ],
 )  # fmt: skip

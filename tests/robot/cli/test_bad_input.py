@@ -181,14 +181,20 @@ def short_log(log: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-READERS = (["replay"], ["replay", "--bus"], ["odom", "--live"], ["log", "info"], ["show", "--json"])
+TICK_READERS = (
+    ["replay"],
+    ["replay", "--bus"],
+    ["odom", "--live"],
+    ["log", "info"],
+    ["show", "--json"],
+)
 DAMAGED = [
     # the first tick, and a later one, which for the others is damaged in make soak
     pytest.param(
         words, number, id=f"{' '.join(words)}-{number}",
-        marks=pytest.mark.soak if number and words != READERS[0] else (),
+        marks=pytest.mark.soak if number and words != TICK_READERS[0] else (),
     )
-    for words in READERS
+    for words in TICK_READERS
     for number in (0, 40)
 ]  # fmt: skip
 

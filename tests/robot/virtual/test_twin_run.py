@@ -103,7 +103,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_day_is_another(tmp_path:
     files = []
     for name, seed in (("a", 3), ("b", 3), ("c", 4)):
         out = tmp_path / f"{name}.parquet"
-        words = ["sim", "run", "--fast", "--seconds", "0.3", "--seed", str(seed), "--out", str(out)]
+        words = ["sim", "run", "--fast", "--seconds", "0.2", "--seed", str(seed), "--out", str(out)]
         assert command([*words, "--effect", "gusts:sd_n=2"]) == 0
         files.append(out.read_bytes())
     assert files[0] == files[1]
