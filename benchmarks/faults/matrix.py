@@ -187,12 +187,13 @@ def scenario_text(case: Case) -> str:
     return f'seed = 4\nbegins = "{begins}"\n[[fault]]\nkind = "{case.kind}"\n{start}{case.keys}\n'
 
 
-def run_case(case: Case, assumed: str = "") -> Row:
+def run_case(case: Case, assumed: str = "", *, estimate: bool = True) -> Row:
     """Run one case.
 
     Args:
         case: The case.
         assumed: What is assumed otherwise about the devices, tables of a scenario; see ``FLIPPED``.
+        estimate: Whether the estimator runs; no decision depends on it, and it is half of the time.
     """
     text = DEFAULT_ROBOT_FILE.read_text(encoding="utf-8")
     config = parse_robot(text + RECOVERY if case.recovery else text)
@@ -208,13 +209,16 @@ def run_case(case: Case, assumed: str = "") -> Row:
     except (BusError, ForceStreamError) as error:
         return Row(case, False, str(error), (), "", StopReason.NONE, (), True, 0.0)
     try:
-        return _walk(case, config, rig, benches[0])
+        return _walk(case, config, rig, benches[0], estimate=estimate)
     finally:
         rig.close()
 
 
-def _walk(case: Case, config: RobotConfig, rig: Rig, bench: _WatchedBench) -> Row:
-    controller, kept = Controller(config, rig.calibrations, armed=True), _Kept()
+def _walk(
+    case: Case, config: RobotConfig, rig: Rig, bench: _WatchedBench, *, estimate: bool
+) -> Row:
+    controller = Controller(config, rig.calibrations, armed=True, estimate=estimate)
+    kept = _Kept()
     begin_ns = rig.clock.now_ns()
     fault_ns = begin_ns + round(FAULT_S * 1e9)
     before = _counters(rig)

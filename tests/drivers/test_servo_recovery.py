@@ -230,8 +230,17 @@ def test_a_tripped_servo_without_permission_stays_an_incident() -> None:
     assert recovery.refusal(incident) == "recovery is not allowed"
 
 
-@pytest.mark.parametrize("restart_s", [0.1, 0.5, 0.8])
-@pytest.mark.parametrize("hears", ["all", "own"])
+@pytest.mark.parametrize(
+    ("restart_s", "hears"),
+    [
+        (0.1, "own"),
+        (0.8, "all"),
+        *(
+            pytest.param(*one, marks=pytest.mark.soak)
+            for one in ((0.1, "all"), (0.5, "all"), (0.5, "own"), (0.8, "own"))
+        ),
+    ],
+)
 def test_the_others_hear_enough_while_one_starts(restart_s: float, hears: str) -> None:
     scenario = f'[servo]\nrestart_s = {restart_s}\nwatchdog_hears = "{hears}"\n'
     bench = armed(scenario)

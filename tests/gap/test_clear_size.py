@@ -31,7 +31,13 @@ def _seen_in(parameters: int, joints: int, scale: float, seed: int, count: int =
 
 
 @pytest.mark.parametrize(
-    ("parameters", "joints", "scale"), [(1, 0, 1.0), (3, 0, 1.0), (1, 5, 1.0), (3, 5, 1.0)]
+    ("parameters", "joints", "scale"),
+    [
+        (1, 0, 1.0),
+        pytest.param(3, 0, 1.0, marks=pytest.mark.soak),
+        pytest.param(1, 5, 1.0, marks=pytest.mark.soak),
+        (3, 5, 1.0),
+    ],
 )
 def test_a_size_said_to_be_clear_is_new_as_often_as_promised(
     parameters: int, joints: int, scale: float

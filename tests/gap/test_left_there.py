@@ -1,11 +1,13 @@
 """What a cause leaves at its own joint on held-out runs, beside what is left at other joints."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
 from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.findings import Diagnosis
 from gap.diagnosis.how_far import ChannelShrink, HowFar
 from gap.diagnosis.probability import Fit, left_of, none_of_them
 from gap.interfaces import Cause
@@ -44,14 +46,18 @@ def test_nothing_is_said_where_nothing_can_be_compared() -> None:
     assert left_at_joint(broken, "a", {"a"}, 0.1) == 0.0
 
 
+@cache
+def biased() -> Diagnosis:
+    return diagnose(toy_case([Cause("bias", ("a",), (0.9,))], 3), Toy(), toy_references(3))
+
+
 def far(after: list[float], alone: tuple[float, ...]) -> HowFar:
     """What held-out runs show of the same four joints, in newtons that are expected."""
     rows = [
         ChannelShrink("force", joint, "N", before, np.sqrt(left), (0.0, 0.0), (0.0, 0.0), 1.0)
         for joint, before, left in zip(JOINTS, (4.0, 4.0, 1.0, 1.0), after, strict=True)
     ]
-    toy = diagnose(toy_case([Cause("bias", ("a",), (0.9,))], 3), Toy(), toy_references(3))
-    return replace(toy.far, channels=tuple(rows), alone=alone, last=alone)
+    return replace(biased().far, channels=tuple(rows), alone=alone, last=alone)
 
 
 def test_of_several_causes_each_counts_by_its_part() -> None:

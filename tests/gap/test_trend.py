@@ -22,8 +22,15 @@ def found(cause: Cause, growing: float, *, references: bool = True, seed: int = 
     return diagnose(toy_case([cause], seed, growing=growing), Toy(), known)
 
 
-@pytest.mark.parametrize("references", [True, False])
-@pytest.mark.parametrize("growing", [0.6, -1.0])
+@pytest.mark.parametrize(
+    ("growing", "references"),
+    [
+        (0.6, True),
+        (-1.0, False),
+        pytest.param(0.6, False, marks=pytest.mark.soak),
+        pytest.param(-1.0, True, marks=pytest.mark.soak),
+    ],
+)
 def test_a_cause_that_grows_or_fades_is_unexplained_with_what_it_does(
     growing: float, references: bool
 ) -> None:
@@ -48,7 +55,9 @@ def test_causes_of_one_stage_have_one_trend_and_others_their_own() -> None:
     assert not any(CHANGES in words for words in steady.warnings)
 
 
-@pytest.mark.parametrize("cause", [STIFFNESS, Cause("delay", (), (0.05,))])
+@pytest.mark.parametrize(
+    "cause", [STIFFNESS, pytest.param(Cause("delay", (), (0.05,)), marks=pytest.mark.soak)]
+)
 def test_a_cause_that_keeps_its_size_has_no_trend(cause: Cause) -> None:
     d = found(cause, 0.0)
     assert d.verdict is Verdict.EXPLAINED

@@ -30,7 +30,7 @@ Change = Callable[[int, OdometryInputs], OdometryInputs]
 
 @cache  # not made by whoever only collects tests
 def world() -> World:
-    return simulate(SETTINGS, 21, 400)
+    return simulate(SETTINGS, 21, 300)
 
 
 def arrays(known: Sequence[OdometryInputs]) -> BlockInputs:
@@ -171,7 +171,7 @@ def with_shafts(i: int, known: OdometryInputs) -> OdometryInputs:
     ("change", "most_left"),
     [
         (same, 1), (rarely, 1), (silent, 50), (one_missing, 1), (lifted, 45), (heavier, 1),
-        (without_encoder, 20), (standing, 225), (out_of_time, 6), (contradicting, 200),
+        (without_encoder, 20), (standing, 125), (out_of_time, 6), (contradicting, 150),
         (with_shafts, 1),
     ],
 )  # fmt: skip
@@ -196,7 +196,7 @@ def test_what_needs_words_has_the_same_words() -> None:
     "settings",
     [
         EstimatorSettings(law=FrictionLaw.VISCOUS),
-        EstimatorSettings(adaptive=False),
+        pytest.param(EstimatorSettings(adaptive=False), marks=pytest.mark.soak),
         EstimatorSettings(sway=False, force_period_s=0.01),
     ],
     ids=["viscous", "not adaptive", "no sway, all forces"],
@@ -206,7 +206,7 @@ def test_with_other_settings_too(settings: EstimatorSettings) -> None:
     assert left <= 1
 
 
-@pytest.mark.parametrize("seed", soaked(range(4), lambda seed: seed < 2))
+@pytest.mark.parametrize("seed", soaked(range(4), lambda seed: seed < 1))
 def test_any_mixture_of_trouble_gives_the_same_bits(seed: int) -> None:
     """Trouble of all kinds begins and ends anywhere, also where a block does."""
     random = np.random.default_rng(seed)

@@ -273,7 +273,14 @@ def test_a_sensor_that_is_always_wrong_degrades_health() -> None:
     assert Health.DEGRADED in {e.health for e in said[301:]}
 
 
-@pytest.mark.parametrize("steps", [3_000, pytest.param(20_000, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize(
+    "steps",
+    [
+        1_200,
+        pytest.param(3_000, marks=pytest.mark.soak),
+        pytest.param(20_000, marks=pytest.mark.thorough),
+    ],
+)
 def test_covariance_stays_sound_over_many_steps(steps: int) -> None:
     """The benchmark does a million."""
     estimator = Estimator(CONTACT, WEIGHT_N)
@@ -297,7 +304,9 @@ def far_from(i: int, off_m: FloatArray) -> FloatArray:
     return pose
 
 
-@pytest.mark.parametrize("off_m", soaked([1.2, 1000.0, 1e19, 1e300], lambda off_m: off_m != 1000.0))
+@pytest.mark.parametrize(
+    "off_m", soaked([1.2, 1000.0, 1e19, 1e300], lambda off_m: off_m in {1.2, 1e300})
+)
 def test_a_pose_metres_away_is_never_used_after_one_that_was(off_m: float) -> None:
     def change(i: int, known: OdometryInputs) -> OdometryInputs:
         if i < 100:

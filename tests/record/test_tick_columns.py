@@ -107,12 +107,12 @@ def test_of_damaged_ticks_the_same_are_kept(dice: random.Random) -> None:
     must_be(stacked, readable, machine)
 
 
-def test_a_log_read_in_blocks_is_the_log(cycle_walk: Path) -> None:
+def test_a_log_read_in_blocks_is_the_log(short_walk: Path) -> None:
     contents = LogContents()
-    stamped = list(read_stamped_ticks(cycle_walk, contents))
+    stamped = list(read_stamped_ticks(short_walk, contents))
     ticks = [item.tick for item in stamped]
     seen: list[tuple[int, SensedTick]] = []
-    log = read_log(cycle_walk, None, lambda times, own: seen.extend(zip(times, own, strict=True)))
+    log = read_log(short_walk, None, lambda times, own: seen.extend(zip(times, own, strict=True)))
     begin = contents.start_unix_ns(0)
     expected = build_recording(
         ticks,
@@ -125,7 +125,7 @@ def test_a_log_read_in_blocks_is_the_log(cycle_walk: Path) -> None:
     )
     assert same(log, expected)
     assert same(tuple(seen), tuple((item.unix_ns, item.tick.sensed) for item in stamped))
-    small = list(read_blocks(cycle_walk, block_ticks=97))
+    small = list(read_blocks(short_walk, block_ticks=97))
     assert [len(block.t_s) for block in small[:-1]] == [97] * (len(small) - 1)
     np.testing.assert_array_equal(np.concatenate([one.angle_rad for one in small]), log.angle_rad)
 

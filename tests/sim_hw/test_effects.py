@@ -7,7 +7,7 @@ from model.errors import ConfigError
 from sim_hw.dynamixel.goal_path import GoalPath
 from sim_hw.plant.leg_path import foot_path
 from sim_hw.plant.parameters import FourBarLegs
-from sim_hw.plant.plant import Plant
+from sim_hw.plant.plant import SETTLING_S, Plant
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import LEG, STAGES, EffectKind, TwinEffect, parse_effect
 from tests.sim_hw.twins import (
@@ -22,6 +22,7 @@ from tests.sim_hw.twins import (
     sliding_ratio,
     twin,
 )
+from tests.standing import SETTLED
 
 ML, FL = 1, 2
 
@@ -40,8 +41,15 @@ def test_the_contracts_effects_are_all_there_with_their_parameters() -> None:
     }  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    "settling_s", [0.5, pytest.param(SETTLING_S, marks=pytest.mark.soak)], ids=["short", "whole"]
+)
 @pytest.mark.parametrize("kind", [k for k in EFFECTS if k.apply], ids=lambda k: k.name)
-def test_every_effect_makes_another_twin_that_still_stands(kind: EffectKind) -> None:
+def test_every_effect_makes_another_twin_that_still_stands(
+    kind: EffectKind, settling_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sim_hw.plant.plant.SETTLING_S", settling_s)
+    monkeypatch.setattr(Plant, "_stand", SETTLED)  # what comes of it is not kept for other tests
     leg = "@ML" if kind.scope == LEG else ""
     wrong = twin(f"{kind.name}{leg}")
     assert repr(wrong) != repr(twin()), "something is changed"
@@ -272,7 +280,13 @@ def test_one_foots_friction() -> None:
     assert np.nanmax(np.abs(others - 0.6)) < 0.012
 
 
-@pytest.mark.parametrize(("direction", "expected"), [((1.0, 0.0), 0.6 * 1.25), ((0.0, 1.0), 0.6)])
+@pytest.mark.parametrize(
+    ("direction", "expected"),
+    [
+        ((1.0, 0.0), 0.6 * 1.25),
+        pytest.param((0.0, 1.0), 0.6, marks=pytest.mark.soak),
+    ],
+)
 def test_friction_has_a_direction(direction: tuple[float, float], expected: float) -> None:
     ratio = sliding_ratio(plant("friction_anisotropy:w_x=0.5"), direction)
     assert np.nanmax(np.abs(ratio - expected)) < 0.03 * expected

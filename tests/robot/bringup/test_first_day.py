@@ -77,18 +77,18 @@ def first_day(
     return FirstDay(config, site, whom, QUICK, tmp_path / "day")
 
 
-def do_steps(day: FirstDay, numbers: Sequence[int]) -> Record:
-    """Do steps; of the page that each of them writes, only the last is made, and without its pictures."""
+def do_steps(day: FirstDay, numbers: Sequence[int], *, page: bool = False) -> Record:
+    """Do steps; of the page that each of them writes, none is made, or only the last, without pictures."""
     for number in numbers:
         with pytest.MonkeyPatch.context() as patch, without_pictures():
-            if number != numbers[-1]:
+            if not page or number != numbers[-1]:
                 patch.setattr("robot.bringup.first_day.page.day_page", no_page)
             day.do(only=number)
     return day.record
 
 
 def no_page(record: Record, config: RobotConfig) -> str:
-    """In place of a page that the next step writes again: it takes far longer than the step."""
+    """In place of a page that nobody reads: it takes far longer than the step."""
     return ""
 
 
@@ -357,7 +357,7 @@ def test_all_mistakes_at_once(tmp_path: Path) -> None:
     text = changed("dynamixel_id", "[1, 3, 2, 4, 5, 6]")
     text = text.replace("servo_sign = [1, 1, 1, -1, -1, -1]", "servo_sign = [1, -1, 1, -1, -1, -1]")
     text = text.replace("servo_zero = [2048, 2048,", "servo_zero = [2048, 3000,")
-    record = do_steps(first_day(tmp_path, site_with(tmp_path, there=text)), (2, 4))
+    record = do_steps(first_day(tmp_path, site_with(tmp_path, there=text)), (2, 4), page=True)
     found = findings_of(record, 4)
     assert found["ids"].advice.endswith("dynamixel_id = [1, 3, 2, 4, 5, 6]")
     assert found["signs"].advice.endswith("servo_sign = [1, -1, 1, -1, -1, -1]")
@@ -546,7 +546,7 @@ def test_torque_that_is_not_confirmed_off_is_said(tmp_path: Path) -> None:
 def test_nothing_moves_unless_armed(tmp_path: Path) -> None:
     site = site_with(tmp_path)
     site.armed = False
-    record = do_steps(first_day(tmp_path, site), (2, 3, 4, 5, 6, 9, 12, 13))
+    record = do_steps(first_day(tmp_path, site), (2, 3, 4, 5, 6, 9, 12, 13), page=True)
     assert {n for n, one in record.latest.items() if one.ended == "refused"} == {4, 5, 6, 9, 12, 13}
     assert torque_of(site) == [0] * 6
     site.armed = True

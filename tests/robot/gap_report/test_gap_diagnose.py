@@ -87,7 +87,9 @@ def test_files_are_written_though_nobody_reads_what_is_printed(
     assert "</html>" in page.read_text()
 
 
-@pytest.mark.parametrize("asked", [["--json"], ["--json", "-"]])
+@pytest.mark.parametrize(
+    "asked", [["--json"], pytest.param(["--json", "-"], marks=pytest.mark.soak)]
+)
 def test_json_to_stdout_is_nothing_but_json(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], asked: list[str]
 ) -> None:

@@ -58,7 +58,13 @@ def test_a_healthy_run_has_no_severe_fault_and_its_clock_is_right(seed: int) -> 
 
 
 @pytest.mark.parametrize("absent", STREAMS)
-@pytest.mark.parametrize("legs", [slice(None), slice(0, 1)], ids=["all", "one leg"])
+@pytest.mark.parametrize(
+    "legs",
+    [
+        pytest.param(slice(None), id="all"),
+        pytest.param(slice(0, 1), id="one leg", marks=pytest.mark.soak),
+    ],
+)
 def test_what_was_not_measured_is_checked_without_a_warning(absent: str, legs: slice) -> None:
     trial = healthy(0)
     values = getattr(trial, absent).copy()

@@ -70,9 +70,7 @@ def walked() -> list[Tick]:
     return kept.ticks
 
 
-def estimated(
-    ticks: list[Tick], *, forces: bool, tilt: bool = True, sign: float | None = 1.0
-) -> list[Estimate]:
+def estimates_of(ticks: list[Tick], forces: bool, tilt: bool, sign: float | None) -> list[Estimate]:
     """What the estimator of the robot file makes of them; a ``sign`` of None leaves the IMU out."""
     estimator, estimates = TickEstimator(CONFIG), []
     for tick in ticks:
@@ -92,6 +90,27 @@ def estimated(
             estimator.step(seen.sensed if forces else replace(seen.sensed, forces=no_forces(6)))
         )
     return estimates
+
+
+class Estimated:
+    """What the estimator makes of the walk; several tests ask for the same."""
+
+    def __init__(self, ticks: list[Tick]) -> None:
+        self._ticks = ticks
+        self._kept: dict[tuple[bool, bool, float | None], list[Estimate]] = {}
+
+    def __call__(
+        self, *, forces: bool, tilt: bool = True, sign: float | None = 1.0
+    ) -> list[Estimate]:
+        key = forces, tilt, sign
+        if key not in self._kept:
+            self._kept[key] = estimates_of(self._ticks, *key)
+        return self._kept[key]
+
+
+@pytest.fixture(scope="module")
+def estimated(walked: list[Tick]) -> Estimated:
+    return Estimated(walked)
 
 
 def yaw_rate_rmse(walked: list[Tick], estimates: list[Estimate]) -> float:
@@ -121,8 +140,8 @@ def stiffness_errors(estimate: Estimate) -> FloatArray:
     return errors
 
 
-def test_the_bias_of_the_gyro_is_recovered(walked: list[Tick]) -> None:
-    estimates = estimated(walked, forces=True)
+def test_the_bias_of_the_gyro_is_recovered(walked: list[Tick], estimated: Estimated) -> None:
+    estimates = estimated(forces=True)
     last = estimates[-1]
     assert abs(last.gyro_bias_rad_s - BIAS_RAD_S) < 3 * last.gyro_bias_sd < 0.003
     # known before the first step: the robot stood still until then
@@ -132,36 +151,40 @@ def test_the_bias_of_the_gyro_is_recovered(walked: list[Tick]) -> None:
 
 
 @pytest.mark.parametrize("forces", [True, False])
-def test_a_gyro_makes_the_yaw_rate_better(walked: list[Tick], forces: bool) -> None:
-    alone = yaw_rate_rmse(walked, estimated(walked, forces=forces, sign=None))
-    helped = yaw_rate_rmse(walked, estimated(walked, forces=forces, tilt=False))
+def test_a_gyro_makes_the_yaw_rate_better(
+    walked: list[Tick], estimated: Estimated, forces: bool
+) -> None:
+    alone = yaw_rate_rmse(walked, estimated(forces=forces, sign=None))
+    helped = yaw_rate_rmse(walked, estimated(forces=forces, tilt=False))
     assert helped < 0.9 * alone
 
 
-def test_without_forces_roll_and_pitch_tell_the_stiffness_of_the_legs(walked: list[Tick]) -> None:
+def test_without_forces_roll_and_pitch_tell_the_stiffness_of_the_legs(estimated: Estimated) -> None:
     """The IMU is mounted one degree askew, and no sensor feels the ground."""
-    before = np.abs(stiffness_errors(estimated(walked, forces=False, sign=None)[-1])).max()
-    after = np.abs(stiffness_errors(estimated(walked, forces=False)[-1])).max()
+    before = np.abs(stiffness_errors(estimated(forces=False, sign=None)[-1])).max()
+    after = np.abs(stiffness_errors(estimated(forces=False)[-1])).max()
     assert before > 0.15
     assert after < 0.5 * before
 
 
-def test_with_forces_an_imu_mounted_askew_does_no_harm(walked: list[Tick]) -> None:
-    plain, helped = estimated(walked, forces=True, sign=None), estimated(walked, forces=True)
+def test_with_forces_an_imu_mounted_askew_does_no_harm(estimated: Estimated) -> None:
+    plain, helped = estimated(forces=True, sign=None), estimated(forces=True)
     both = [np.abs(stiffness_errors(each[-1])).max() for each in (plain, helped)]
     assert both[1] < both[0] + 0.03  # roll and pitch of a model in which bodies do not swing
     assert all(estimate.health is Health.OK for estimate in helped[RATE_HZ:])
 
 
-def test_a_gyro_of_the_wrong_sign_is_noticed(walked: list[Tick]) -> None:
-    sound, wrong = (estimated(walked, forces=True, tilt=False, sign=sign) for sign in (1.0, -1.0))
+def test_a_gyro_of_the_wrong_sign_is_noticed(estimated: Estimated) -> None:
+    sound, wrong = (estimated(forces=True, tilt=False, sign=sign) for sign in (1.0, -1.0))
     assert wrong[-1].rejects > sound[-1].rejects + 20
     assert any("gyro contradicts the feet" in estimate.reason for estimate in wrong)
     assert not any("gyro contradicts the feet" in estimate.reason for estimate in sound)
 
 
-def test_an_imu_can_be_left_out_and_its_noise_is_tuned(walked: list[Tick]) -> None:
-    tracker, plain = Tracker(CONFIG, no_imu=True), estimated(walked, forces=True, sign=None)
+def test_an_imu_can_be_left_out_and_its_noise_is_tuned(
+    walked: list[Tick], estimated: Estimated
+) -> None:
+    tracker, plain = Tracker(CONFIG, no_imu=True), estimated(forces=True, sign=None)
     assert [tracker.step(tick.sensed).pose.tolist() for tick in walked] == [
         e.pose.tolist() for e in plain
     ]

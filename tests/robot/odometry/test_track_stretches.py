@@ -1,7 +1,7 @@
 """``odom`` of a log with states in it, in stretches: the answer of one pass, to the bit."""
 
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +11,11 @@ from gap.worker_pool import worker_pool
 from record.log.reader import LogContents, read_stamped_ticks, read_tick_messages
 from record.log.recording import ARRAYS
 from record.log.stretches import find_stretches
+from robot.config.robot_file import parse_robot
 from robot.console import processes, stretch_pool
 from robot.odometry.estimates import HEALTH, NAMES, TEXTS
 from robot.odometry.stretches import TrackTask, track_stretch, track_stretches
-from robot.odometry.track import track, track_log
+from robot.odometry.track import Track, track, track_log
 from robot.requests.recorded import OdomRequest
 
 
@@ -78,14 +79,20 @@ def test_bytes_that_are_no_state_do_not_count(walked: Path) -> None:
         assert track_stretch(replace(task, stretch=replace(task.stretch, before=data))) is None
 
 
+@cache  # both are compared with it
+def tick_by_tick(walked: Path) -> Track:
+    contents = LogContents()
+    next(read_tick_messages(walked, contents))
+    return track(read_stamped_ticks(walked), parse_robot(contents.config_text))
+
+
 @pytest.mark.parametrize("is_long", [False, True])
 def test_many_ticks_at_once_change_nothing(
     monkeypatch: pytest.MonkeyPatch, walked: Path, is_long: bool
 ) -> None:
     """A log hands over the feet of many ticks, and a long one is estimated in blocks."""
     monkeypatch.setattr(processes, "LEAST_BYTES", 0 if is_long else 1 << 30)
-    together = track_log(walked)
-    alone = track(read_stamped_ticks(walked), together.config)
+    together, alone = track_log(walked), tick_by_tick(walked)
     one, other = together.track.estimates, alone.estimates
     for name in set(NAMES) - {HEALTH, *TEXTS}:
         np.testing.assert_array_equal(one.column(name), other.column(name))

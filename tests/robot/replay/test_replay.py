@@ -3,11 +3,13 @@
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from drivers.ati.calibration import Calibration
 from model.errors import ConfigError, RecordError
 from model.values.arrays import readonly
 from model.values.faults import Fault, FaultKind, ServoEvent, StopReason
@@ -61,9 +63,15 @@ def walk(recorded: Path) -> Iterator[Path]:
         yield recorded
 
 
+@cache
+def tripod() -> tuple[list[Tick], Controller, tuple[Calibration | None, ...]]:
+    """Today's ticks of the golden walk."""
+    return replayed(log_of("tripod"))
+
+
 def changed(path: Path, change: Callable[[Tick], Tick]) -> Path:
     """The golden tripod walk with other ticks."""
-    ticks, controller, calibrations = replayed(log_of("tripod"))
+    ticks, controller, calibrations = tripod()
     write(path, map(change, ticks), controller, calibrations)
     return path
 
@@ -116,7 +124,7 @@ def test_a_decision_has_no_tolerance(tmp_path: Path) -> None:
 
 
 def test_timing_is_not_compared_but_a_gap_ends_the_replay(tmp_path: Path) -> None:
-    ticks, controller, calibrations = replayed(log_of("tripod"))
+    ticks, controller, calibrations = tripod()
     write(tmp_path / "gap.mcap", [*ticks[:30], *ticks[40:]], controller, calibrations)
     found = replay_log(tmp_path / "gap.mcap")
     assert found.equal
@@ -132,10 +140,11 @@ def test_timing_is_not_compared_but_a_gap_ends_the_replay(tmp_path: Path) -> Non
 def test_a_run_with_recoveries_replays_from_its_faults_alone(tmp_path: Path) -> None:
     """A log keeps the faults; which servo went down and came back is read from them."""
     brownout = '[[fault]]\nkind = "brownout"\nservo = 4\nstart_s = 2.2\nduration_s = 0.1\n'
-    config = changed_file(more="[safety.recovery]\nmost = 2\nafter_restart = true\n")
+    more = "[safety.recovery]\nmost = 2\nafter_restart = true\n[estimator]\nenabled = false\n"
+    config = changed_file(more=more)
     path = tmp_path / "recovered.mcap"
     with brisk():
-        done = bench_run(brownout, config=config, seconds=5.4, estimate=True)
+        done = bench_run(brownout, config=config, seconds=5.4)
         calibrations = open_in_memory(config).calibrations
         write(path, done.ticks, Controller(config, calibrations, armed=True), calibrations)
         result = replay_log(path, scale=0.0)
@@ -331,8 +340,9 @@ def test_the_changed_one(assert_replays):
 
 
 def test_a_lab_adds_its_log_in_three_lines(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # others' plugins take time
     (tmp_path / "ours.mcap").write_bytes(log_of("tripod").read_bytes())
     changed(tmp_path / "changed.mcap", lambda t: other_load(t, by_n=1.0))
     (tmp_path / "test_ours.py").write_text(USERS_TEST)

@@ -97,11 +97,11 @@ def test_a_walk_in_which_nothing_happens(walked: Walk) -> None:
     ("field", "value", "ticks", "fault"),
     [
         ("valid", False, 1, FaultKind.SERVO_SILENT),
-        ("error_byte", 0x80, 1, FaultKind.SERVO_ALERT),
+        pytest.param("error_byte", 0x80, 1, FaultKind.SERVO_ALERT, marks=pytest.mark.soak),
         ("hardware_error", 4, 1, FaultKind.SERVO_ALERT),
         ("temperature_c", 99, 2, FaultKind.SERVO_HOT),
         ("current_counts", 2000, 2, FaultKind.SERVO_CURRENT),
-        ("voltage_counts", 60, 2, FaultKind.SERVO_VOLTAGE),
+        pytest.param("voltage_counts", 60, 2, FaultKind.SERVO_VOLTAGE, marks=pytest.mark.soak),
         ("position_ticks", 9000, 2, FaultKind.SERVO_LAG),
         ("position_ticks", 255 * 4096, 1, FaultKind.TURNS_USED),
     ],
@@ -163,7 +163,15 @@ def test_forces_of_a_robot_that_hangs_or_leans(
     assert reason.name == fault
 
 
-@pytest.mark.parametrize(("lateness_ms", "missed"), [(30, 0), (0, 2), (0, 7), (40, 3)])
+@pytest.mark.parametrize(
+    ("lateness_ms", "missed"),
+    [
+        pytest.param(30, 0, marks=pytest.mark.soak),
+        (0, 2),
+        pytest.param(0, 7, marks=pytest.mark.soak),
+        (40, 3),
+    ],
+)
 def test_a_loop_that_is_late_or_stands_still(walked: Walk, lateness_ms: int, missed: int) -> None:
     def late(inputs: Inputs, k: int) -> Inputs:
         if k % 90:
@@ -180,10 +188,10 @@ def test_a_loop_that_is_late_or_stands_still(walked: Walk, lateness_ms: int, mis
     "wish",
     [
         {"frequency_hz": 0.29},
-        {"steer": 0.6},
+        pytest.param({"steer": 0.6}, marks=pytest.mark.soak),
         {"frequency_hz": 99.0},
         {"gait": "nobody's"},
-        {"intent": Intent.STAND},
+        pytest.param({"intent": Intent.STAND}, marks=pytest.mark.soak),
         {"intent": Intent.STOP, "reason": StopReason.OPERATOR},
         {"intent": Intent.CUT, "reason": StopReason.EMERGENCY},
     ],

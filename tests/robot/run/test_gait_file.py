@@ -45,7 +45,8 @@ duty = 0.8333
 stance_sweep = 1.6
 blend = 0.02
 """
-MORE = parse_robot(CONFIG.text + TABLES)
+PLAIN = "\n[estimator]\nenabled = false\n"  # it is not looked at
+MORE = parse_robot(CONFIG.text + TABLES + PLAIN)
 
 
 def bigant(*words: object) -> int:
@@ -58,7 +59,8 @@ def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("walked")
     shutil.copy(OWN, folder / "own_gait.py")
     log = folder / "own.mcap"
-    words = ("--cycles", "0.35", "--virtual-time", "--log", log)
+    (folder / "plain.toml").write_text(CONFIG.text + PLAIN)
+    words = ("--cycles", "0.35", "--virtual-time", "--robot", folder / "plain.toml", "--log", log)
     assert bigant("drive", "--gait", folder / "own_gait.py", *words) == ExitCode.OK
     return log
 
@@ -175,7 +177,8 @@ def test_a_mistake_while_it_walks_ends_the_run_with_torque_off(
     line = late[: late.index("assert ")].count("\n") + 1
     (tmp_path / "late.py").write_text(late)
     log = tmp_path / "late.mcap"
-    words = ("--cycles", "0.2", "--virtual-time", "--log", log)
+    (tmp_path / "plain.toml").write_text(CONFIG.text + PLAIN)
+    words = ("--cycles", "0.2", "--virtual-time", "--robot", tmp_path / "plain.toml", "--log", log)
     assert bigant("drive", "--gait", tmp_path / "late.py", *words) == ExitCode.USAGE
     error = capsys.readouterr().err.strip().splitlines()[-1]
     assert error.endswith(f"late.py, line {line}: AssertionError")

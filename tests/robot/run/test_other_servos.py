@@ -20,7 +20,7 @@ from tests.robot.runs import drive, walk_then_stop
 )
 def test_it_walks_on_the_plant(changes: tuple[tuple[str, str], ...], measured: int) -> None:
     config = parse_robot(other_robot(*changes))
-    result, ticks, _ = drive(walk_then_stop(5.5, frequency_hz=0.25), config=config)
+    result, ticks, _ = drive(walk_then_stop(4.2, frequency_hz=0.3), config=config)
     assert result.torque_off
     assert result.reason is StopReason.OPERATOR, result.detail
     walked = [tick for tick in ticks if tick.mode is Mode.WALK]
