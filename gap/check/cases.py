@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from gap.diagnosis.detection import Detectable
+from gap.detectable import Detectable
 
 CONTROL, SINGLE, PAIR, OUTSIDE, REMOVED = "control", "single", "pair", "outside", "removed"
 NO_GAP, UNEXPLAINED = "no_gap", "unexplained"

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.constants import ENERGY_LEVEL, FALSE_ALARMS, SHOWN
+from gap.detectable import Detectable
 from gap.residuals.chances import promised
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
@@ -48,32 +49,6 @@ class Detection:
     def by_energy(self) -> bool:
         """Whether energies alone show a gap, whatever the candidates."""
         return self.p_energy < ENERGY_LEVEL
-
-
-@dataclass(frozen=True, slots=True)
-class Detectable:
-    """Smallest size of a parameter that would have shown.
-
-    Attributes:
-        size: Distance from neutral, in the parameter's unit; infinite if these runs cannot show it.
-        neutral: Value at which nothing happens.
-        lower: Smallest value that makes sense.
-        upper: Largest value that makes sense.
-    """
-
-    effect: str
-    parameter: str
-    size: float
-    unit: str
-    neutral: float
-    lower: float
-    upper: float
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        """The values at that distance that make sense, the lower one first; none if it is out of range."""
-        both = (self.neutral - self.size, self.neutral + self.size)
-        return tuple(value for value in both if self.lower <= value <= self.upper)
 
 
 def detect(evidence: Evidence, healthy: Sequence[Healthy], p_cause: float) -> Detection:

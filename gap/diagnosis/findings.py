@@ -7,9 +7,10 @@ from enum import Enum
 import numpy as np
 
 from gap.constants import FALSE_ALARMS, NONE_LIKELY
+from gap.detectable import Detectable
 from gap.diagnosis.ambiguity import OpenRival
 from gap.diagnosis.baselines import Baseline
-from gap.diagnosis.detection import Detectable, Detection
+from gap.diagnosis.detection import Detection
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.new_commands import NewCommands
 from gap.diagnosis.probability import Fit, RivalCause

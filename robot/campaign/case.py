@@ -12,10 +12,10 @@ from typing import Any
 
 from gap.check.cases import CaseAnswer, Named, Remainder, Truth
 from gap.delegate import Without
+from gap.detectable import Detectable
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.commissioning import enough_conditions, standing_of
 from gap.diagnosis.coverage import blind_spots
-from gap.diagnosis.detection import Detectable
 from gap.diagnosis.diagnose import diagnose_study
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator

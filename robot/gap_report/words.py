@@ -6,7 +6,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
-from gap.diagnosis.detection import Detectable
+from gap.detectable import Detectable
 from gap.diagnosis.findings import DATA_FIRST, Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.probability import RivalCause

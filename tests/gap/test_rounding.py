@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from gap.diagnosis.detection import Detectable
+from gap.detectable import Detectable
 from gap.rounding import count_words, fixed, percent_words, value_words
 
 

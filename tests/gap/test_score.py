@@ -19,7 +19,7 @@ from gap.check.cases import (
 )
 from gap.check.methods import THIS, Method, methods
 from gap.check.score import area_under, calibration_error, confusions, figures, parameter_error
-from gap.diagnosis.detection import Detectable
+from gap.detectable import Detectable
 from robot.campaign.score_text import score_lines, score_markdown
 
 NAN = math.nan

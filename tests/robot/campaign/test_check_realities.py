@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from gap.diagnosis.detection import Detectable
+from gap.detectable import Detectable
 from gap.interfaces import Cause
 from robot.campaign import check, make
 from robot.campaign.answers import ANSWERS, ANSWERS_ALONE, STANDING

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gap.detectable import Detectable
 from gap.diagnosis.ambiguity import OpenRival
 from gap.diagnosis.as_json import diagnosis_json
-from gap.diagnosis.detection import Detectable
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis, TrialFaults, Verdict
 from gap.diagnosis.joint_ranking import JointGap

@@ -33,7 +33,7 @@ from robot.run.header import controller_metadata
 from robot.run.operator import Interrupts
 from robot.run.rebuilt import rebuild_controller
 from robot.virtual.open import open_in_memory
-from tests.pace import brisk
+from tests.pace import brisk, usual
 from tests.replay.golden import log_of, replayed, write
 from tests.robot.bench_runs import bench_run
 from tests.robot.bench_runs import changed as changed_file
@@ -65,8 +65,9 @@ def walk(recorded: Path) -> Iterator[Path]:
 
 @cache
 def tripod() -> tuple[list[Tick], Controller, tuple[Calibration | None, ...]]:
-    """Today's ticks of the golden walk."""
-    return replayed(log_of("tripod"))
+    """Today's ticks of the golden walk, whatever pace the test has that asks first."""
+    with usual():
+        return replayed(log_of("tripod"))
 
 
 def changed(path: Path, change: Callable[[Tick], Tick]) -> Path:

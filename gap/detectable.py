@@ -1,0 +1,29 @@
+"""What size of a cause would have shown."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Detectable:
+    """Smallest size of a parameter that would have shown.
+
+    Attributes:
+        size: Distance from neutral, in the parameter's unit; infinite if these runs cannot show it.
+        neutral: Value at which nothing happens.
+        lower: Smallest value that makes sense.
+        upper: Largest value that makes sense.
+    """
+
+    effect: str
+    parameter: str
+    size: float
+    unit: str
+    neutral: float
+    lower: float
+    upper: float
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The values at that distance that make sense, the lower one first; none if it is out of range."""
+        both = (self.neutral - self.size, self.neutral + self.size)
+        return tuple(value for value in both if self.lower <= value <= self.upper)
