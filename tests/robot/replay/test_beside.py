@@ -19,6 +19,10 @@ from tests.robot.cli.test_bad_input import tick_bytes, with_messages
 from tests.robot.replay.test_replay import changed, other_load
 from tests.soaked import soaked
 
+pytestmark = pytest.mark.usefixtures(
+    "usual_pace"
+)  # that of the golden walk, and of fresh interpreters
+
 
 def without_time(result: Replay) -> Replay:
     return replace(result, wall_s=0.0)
