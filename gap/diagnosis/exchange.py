@@ -8,6 +8,7 @@ import numpy as np
 
 from gap.diagnosis.study import Exchange, Study
 from gap.residuals.evidence import Evidence
+from model.values.arrays import FloatArray
 
 MANY = 10.0  # times the energy of any fitted run, in the median of cycles; a faster gait has a few times
 
@@ -23,17 +24,15 @@ def with_gap_fitted(study: Study) -> Study:
         return study
     fitted, held = study.evidence(study.local), study.held_evidence(study.local)
     there, hidden = _energies(fitted), _energies(held)
-    most = int(np.nanargmax(hidden)) if np.isfinite(hidden).any() else 0
-    if not hidden[most] > MANY * max(1.0, float(np.nanmax(there))):
+    most = int(hidden.argmax())
+    if not hidden[most] > MANY * max(1.0, float(there.max())):
         return study
     of_gait = [i for i, part in enumerate(study.fitted) if part.gait == study.held[most].gait]
-    if not of_gait:
-        return study
-    least = min(of_gait, key=lambda i: (np.nan_to_num(there[i], nan=0.0), i))
+    least = min(of_gait, key=lambda i: (there[i], i))  # every gait keeps one
     return study.exchanged(Exchange(study.held[most].trial, study.fitted[least].trial))
 
 
-def _energies(evidence: Evidence) -> np.ndarray:
+def _energies(evidence: Evidence) -> FloatArray:
     """Energy over expectation of each run, in the median of its blocks, (R,)."""
     blocks = evidence.per_block(evidence.base**2).sum(axis=1) / np.fmax(
         evidence.count.sum(axis=1), 1e-9

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import optimize, special
 
 from gap.constants import JOINT_UNLIKE
-from gap.search.gait_by_gait import gait_by_gait
+from gap.search.gait_by_gait import has_gaits
 from gap.search.scatter import HealthyScatter, Usual, healthy_scatter
 from gap.search.sizes import Sizes, ahead_of
 
@@ -38,9 +38,8 @@ def clear_size(
     """
     if not len(seen) or not len(known):
         return float(np.inf)
-    each = gait_by_gait(seen, known, others, usual.in_gaits)
     # of a harmonic mean; what the other test adds depends on what a cause does in each gait
-    of_one = level if each is None else level / 2.0
+    of_one = level / 2.0 if has_gaits(seen, known) else level
     scatter = healthy_scatter([seen, known], others, usual.together)
     if scatter.alike.free <= 0.0:
         return float(np.inf)

@@ -32,6 +32,13 @@ class GaitByGait:
     scatter: HealthyScatter
 
 
+def has_gaits(seen: Sizes, known: Sizes) -> bool:
+    """Whether there are several gaits, one that both have, and scatter in one."""
+    trials, references = seen.by_gait(), known.by_gait()
+    scatters = any(len(one) > 1 for one in (*trials.values(), *references.values()))
+    return len({*trials, *references}) > 1 and bool(trials.keys() & references.keys()) and scatters
+
+
 def gait_by_gait(
     seen: Sizes, known: Sizes, others: Sequence[Sizes], usual: Scatter
 ) -> GaitByGait | None:
@@ -43,11 +50,11 @@ def gait_by_gait(
         others: As of ``gap.search.novelty.chance_of``.
         usual: How much sizes of other causes scatter within a gait, in units of these sizes.
     """
+    if not has_gaits(seen, known):
+        return None
     trials, references = seen.by_gait(), known.by_gait()
     common = [gait for gait in trials if gait in references]
     own = [*trials.values(), *references.values()]
-    if len({*trials, *references}) < 2 or not common or all(len(one) < 2 for one in own):
-        return None
     off = [float(trials[g].values.mean() - references[g].values.mean()) for g in common]
     worth = [1.0 / (1.0 / len(trials[g]) + 1.0 / len(references[g])) for g in common]
     elsewhere = [cell for one in others for cell in one.by_gait().values()]

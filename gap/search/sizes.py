@@ -116,9 +116,7 @@ def scatters_of(each: Sequence[Sizes], gaits_differ: float) -> FloatArray:
 
 def scatter_in_gaits(sizes: Sizes) -> tuple[float, int]:
     """Return the squares of sizes about the mean of their gait, summed, and the degrees of freedom."""
-    cells = sizes.by_gait().values()
-    square = sum(float(((one.values - one.values.mean()) ** 2).sum()) for one in cells)
-    return square, len(sizes) - len(cells)
+    return scatter_of(list(sizes.by_gait().values()), 0.0)
 
 
 def _squares(values: FloatArray, one: Design) -> FloatArray:
