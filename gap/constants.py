@@ -256,6 +256,11 @@ NONE_LEFT = Constant(
     "other joints and a share of what the cause changes",
     "on the 19 realities (seeds 1127 and 1139, labels open)",
 )
+NONE_UNWATCHED = Constant(
+    2.5,
+    "added if no channel of a stage of the chain is measured, with references",
+    "on fourteen drawn realities, eight of them with fewer sensors (labels open); likeliest there is 2.7",
+)
 FORM_DIFFERS = Constant(
     0.1,
     "share of its change by which an effect of a machine differs from the modelled one, before that counts "

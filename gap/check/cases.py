@@ -41,6 +41,7 @@ class Remainder:
         p: Chance of so much in a healthy machine.
         acting: Share of the gap that they close in the channels in which they act, 0 to 1.
         there: How much more is left at their joints on held-out runs than at others.
+        unwatched: How many stages of the chain were not measured.
     """
 
     closed: float
@@ -49,6 +50,7 @@ class Remainder:
     p: float
     acting: float = 1.0
     there: float = 0.0
+    unwatched: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

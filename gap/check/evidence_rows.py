@@ -29,9 +29,10 @@ def none_prior() -> ConstantPrior:
     """Return the constants of "none of these" with references as they stand."""
     names = (
         "NONE", "NONE_OPEN", "NONE_ENERGY", "NONE_WORST", "NONE_MANY", "NONE_ACTING", "NONE_LEFT",
+        "NONE_UNWATCHED",
     )  # fmt: skip
     values = np.array([float(getattr(constants, name)) for name in names])
-    return ConstantPrior(names, values, LOOSE * np.abs(values), np.array([0.0, *[1.0] * 6]))
+    return ConstantPrior(names, values, LOOSE * np.abs(values), np.array([0.0, *[1.0] * 7]))
 
 
 def none_rows(cases: Sequence[CheckedCase]) -> CaseRows:
@@ -45,11 +46,11 @@ def none_rows(cases: Sequence[CheckedCase]) -> CaseRows:
             or not (case.answer.referenced and gap_declared(case))
         ):
             continue
-        rest = (math.nan, left.acting, left.there)
+        rest = (math.nan, left.acting, left.there, left.unwatched)
         fit = Fit(left.closed, left.excess, left.worst, left.p, *rest)
         features.append(none_features(fit, len(case.answer.named)))
         outcomes.append(case.kind in {OUTSIDE, REMOVED})
-    return CaseRows(np.array(features).reshape(-1, 7), np.array(outcomes, dtype=bool))
+    return CaseRows(np.array(features).reshape(-1, 8), np.array(outcomes, dtype=bool))
 
 
 def cause_prior() -> ConstantPrior:

@@ -20,6 +20,7 @@ from gap.check.cases import (
     is_true,
     named_effects,
     named_right,
+    too_small,
 )
 from gap.check.score import (
     Figure,
@@ -35,6 +36,7 @@ from gap.check.score import (
 )
 
 FIRST = "first cause right, with leg"
+VISIBLE = "or of those large enough to be seen"
 AMONG = "true cause among the named"
 HEALTHY_ALONE = "healthy: nothing but the baseline"
 WITHIN_LOW, WITHIN_HIGH = 0.60, 0.80
@@ -69,8 +71,9 @@ def figures_of_reality(
 ) -> RealityFigures:
     """Count the cases of one reality.
 
-    Single cases count whether their gap was declared or not. Those with an effect that the diagnosis said
-    beforehand its sensors cannot show do not count.
+    Single cases count whether their gap was declared or not; so do, once more, those whose effect is as
+    large as the diagnosis says it would have seen. Those with an effect that it said beforehand its sensors
+    cannot show do not count.
     """
     counted = [case for case in cases if not _cannot_be_seen(case)]
     single = [c for c in counted if c.kind == SINGLE]
@@ -84,7 +87,8 @@ def figures_of_reality(
     )
     within = numbers_within(declared, 1.0)
     figures = (
-        share(FIRST, (named_right(c) and leg_right(c) for c in single), 0.88),
+        share(FIRST, map(_first_right, single), 0.88),
+        share(VISIBLE, (_first_right(c) for c in single if not too_small(c)), 0.80),
         share("or in its declared group", (_in_group(c) for c in single), 0.95),
         share("stage right, of detected", (stage_right(c) for c in declared), 0.97),
         share("healthy called no_gap", (not gap_declared(c) for c in controls), 0.95),
@@ -149,6 +153,10 @@ def _first(row: RealityFigures) -> float:
 
 def _cannot_be_seen(case: CheckedCase) -> bool:
     return any(truth.effect in case.answer.hidden for truth in case.truths)
+
+
+def _first_right(case: CheckedCase) -> bool:
+    return named_right(case) and leg_right(case)
 
 
 def _in_group(case: CheckedCase) -> bool:

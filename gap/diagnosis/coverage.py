@@ -62,6 +62,17 @@ def coverage_of(simulator: Simulator, trial: Trial) -> Coverage:
     )
 
 
+def unwatched_stages(channels: Sequence[Channel], measured: BoolArray) -> tuple[str, ...]:
+    """Return the stages of which the simulator has channels, and none of them was measured.
+
+    Args:
+        channels: Of the simulator, C of them.
+        measured: Which of them were measured, (C,).
+    """
+    watched = {channel.stage for channel, known in zip(channels, measured, strict=True) if known}
+    return tuple(dict.fromkeys(one.stage for one in channels if one.stage not in watched))
+
+
 @dataclass(frozen=True, slots=True)
 class BlindSpot:
     """An effect that the measured channels cannot show.

@@ -10,6 +10,7 @@ from gap.data.usual_spikes import without_usual_spikes
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
 from gap.diagnosis.by_vibration import settled_by_vibration, shaken_channels
 from gap.diagnosis.commissioning import commission
+from gap.diagnosis.coverage import unwatched_stages
 from gap.diagnosis.detection import Detection, detect, detectable
 from gap.diagnosis.drop_worse import drop_worse
 from gap.diagnosis.exchange import with_gap_fitted
@@ -187,6 +188,7 @@ def _fit(comparison: GapEvidence, selection: Selection, far: HowFar) -> Fit:
     if names := shaken_channels(selection):
         unseen = settled(evidence, unseen, names)
     unseen_score = evidence.score(unseen).sum(axis=1)
+    measured = np.any(evidence.count > 0, axis=0)
     healthy, causes = comparison.healthy, selection.fitted.causes
     return Fit(
         closed=closed_share(evidence, unseen),
@@ -196,6 +198,7 @@ def _fit(comparison: GapEvidence, selection: Selection, far: HowFar) -> Fit:
         nats_after=max(0.0, nats_beyond(evidence, unseen_score, healthy)),
         closed_acting=closed_beyond(evidence, unseen, runs) if causes else 1.0,
         left_there=left_of(far, causes, evidence.effects) if runs else 0.0,
+        unwatched=float(len(unwatched_stages(evidence.simulator.channels, measured))),
     )
 
 

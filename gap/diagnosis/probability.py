@@ -23,6 +23,7 @@ from gap.constants import (
     NONE_MANY,
     NONE_OPEN,
     NONE_OPEN_ALONE,
+    NONE_UNWATCHED,
     NONE_WORST,
     NONE_WORST_ALONE,
     ROUGH_DIFFERS,
@@ -76,6 +77,7 @@ class Fit:
             where there is none to compare with.
         left_there: How much more is left at joints of causes on held-out runs than at others, see
             ``gap.residuals.left_there``; 0 where that is unknown.
+        unwatched: How many stages of the chain have no channel that was measured.
     """
 
     closed: float
@@ -85,6 +87,7 @@ class Fit:
     nats_after: float
     closed_acting: float = 1.0
     left_there: float = 0.0
+    unwatched: float = 0.0
 
 
 def none_of_them(fit: Fit, causes: int, referenced: bool) -> float:
@@ -96,19 +99,21 @@ def none_of_them(fit: Fit, causes: int, referenced: bool) -> float:
         referenced: Whether the expectation comes from references.
     """
     wide, worst = (NONE_OPEN, NONE_WORST) if referenced else (NONE_OPEN_ALONE, NONE_WORST_ALONE)
-    many = NONE_MANY if referenced else 0.0
+    many, unwatched = (NONE_MANY, NONE_UNWATCHED) if referenced else (0.0, 0.0)
     features = none_features(fit, causes)
-    weights = (NONE, wide, NONE_ENERGY, worst, many, NONE_ACTING, NONE_LEFT)
+    weights = (NONE, wide, NONE_ENERGY, worst, many, NONE_ACTING, NONE_LEFT, unwatched)
     logit = sum(one * value for one, value in zip(weights, features, strict=True))
     return 1.0 / (1.0 + math.exp(-logit))
 
 
 def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
-    """Return what the log odds of "none of these" are linear in, seven numbers.
+    """Return what the log odds of "none of these" are linear in, eight numbers.
 
     These are 1, the open gap, energy, the worst channel, causes above two, what is open where the causes
-    act, and what is left at their joints on held-out runs: a large cause is right though a few percent of
-    how it looks are left. What a healthy machine leaves as well is no sign that something is missing.
+    act, what is left at their joints on held-out runs, and whether a stage of the chain is not measured: a
+    large cause is right though a few percent of how it looks are left. What a healthy machine leaves as
+    well is no sign that something is missing. What is wrong in a stage that is not measured shows only in
+    what follows from it, and there a cause of another stage can look the same.
     """
     odd = min(1.0, -math.log(max(fit.p_after, 1e-9)) / -math.log(SURELY_ODD))
     return (
@@ -119,6 +124,7 @@ def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
         max(0, causes - 2),
         1.0 - fit.closed_acting,
         fit.left_there,
+        min(fit.unwatched, 1.0),
     )
 
 

@@ -164,6 +164,7 @@ REALITIES = (
     ),
 )  # fmt: skip
 
+SMALL_LEG = 0.3  # mass of a leg of two thirds the size: its cube
 DRAWN = re.compile(r"drawn-(\d{1,9})")
 _PARTS: Mapping[str, tuple[object, ...]] = {
     "loop": (
@@ -197,6 +198,10 @@ def drawn_reality(number: int) -> Reality:
     chosen = {key: _PARTS[key][at] for key, at in numbers.items()}
     words = ", ".join(f"{key.split('_')[0]} {at + 1}" for key, at in numbers.items() if at)
     made: Reality = replace(Reality(f"drawn-{number}", f"drawn: {words or 'as usual'}"), **chosen)  # type: ignore[arg-type]
+    if (
+        made.robot is SMALL
+    ):  # heavy legs of the usual size have more inertia than the whole small robot
+        made = replace(made, leg=replace(made.leg, foot_mass_kg=SMALL_LEG * made.leg.foot_mass_kg))
     return made
 
 

@@ -6,11 +6,12 @@ from functools import cache
 import numpy as np
 import pytest
 
+from gap.diagnosis.coverage import unwatched_stages
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis
 from gap.diagnosis.how_far import ChannelShrink, HowFar
 from gap.diagnosis.probability import Fit, left_of, none_of_them
-from gap.interfaces import Cause
+from gap.interfaces import Cause, Channel
 from gap.residuals.left_there import MOST_LEFT, HeldOutEnergies, left_at_joint
 from tests.gap.toy import EFFECTS, Toy, toy_case, toy_references
 
@@ -85,6 +86,24 @@ def test_what_is_left_there_speaks_for_none_of_these() -> None:
     assert none_of_them(closed, 1, referenced=True) < 0.01
     assert none_of_them(replace(closed, left_there=0.5), 1, referenced=True) < 0.1
     assert none_of_them(replace(closed, left_there=1.5), 1, referenced=True) > 0.5
+
+
+def test_a_stage_that_nobody_measured_speaks_for_none_of_these() -> None:
+    """How many does not matter; nor does it without references."""
+    closed = Fit(1.0, 1.0, 1.0, 0.9, 0.0)
+    one, two = (replace(closed, unwatched=count) for count in (1.0, 2.0))
+    chance = none_of_them(one, 1, referenced=True)
+    assert none_of_them(closed, 1, referenced=True) < chance / 5 < 0.02
+    assert none_of_them(two, 1, referenced=True) == chance
+    assert none_of_them(one, 1, referenced=False) == none_of_them(closed, 1, referenced=False)
+
+
+def test_stages_are_unwatched_if_none_of_their_channels_was_measured() -> None:
+    stages = ("shaft", "shaft", "feet", "forces", "forces")
+    channels = [Channel(f"c{i}", "", stage, "") for i, stage in enumerate(stages)]
+    measured = np.array([False, True, False, False, False])
+    assert unwatched_stages(channels, measured) == ("feet", "forces")
+    assert unwatched_stages(channels, np.ones(5, dtype=bool)) == ()
 
 
 def test_a_healthy_machine_leaves_nothing_at_a_joint_of_causes() -> None:

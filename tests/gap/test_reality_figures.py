@@ -31,6 +31,7 @@ from gap.check.cases import (
 from gap.check.evidence_rows import cause_prior, cause_rows, none_prior, none_rows
 from gap.check.realities import figures_alone, figures_of_reality, worst_reality
 from gap.check.score import numbers_within
+from gap.detectable import Detectable
 from gap.diagnosis.probability import Fit, none_of_them
 
 NAN = math.nan
@@ -102,6 +103,20 @@ def test_numbers_of_either_sign_are_compared_with_the_nearer() -> None:
     case = answered(replace(RIGHT, truths=(truth,)), found)
     assert numbers_within([case], 1.0) == (True, False)
     assert numbers_within([case], 2.0) == (True, True)
+
+
+def test_of_effects_that_the_answer_says_it_would_have_seen_the_first_cause_counts_once_more() -> (
+    None
+):
+    """It lists 0.4 of friction, half of which was lost: a loss of a tenth may be missed."""
+    said = Detectable("foot_friction", "ratio", 0.4, "", 1.0, 0.05, 4.0)
+    mild = replace(FRICTION, values=(("ratio", 0.9),))
+    large = answered(SILENT, verdict="no_gap", detectable=(said,))
+    small = replace(large, truths=(mild,))
+    name = "or of those large enough to be seen"
+    assert value(name, RIGHT, small) == (1.0, 1, True)
+    assert value(name, RIGHT, large) == (0.5, 2, False)
+    assert value("first cause right, with leg", RIGHT, small) == (0.5, 2, False)
 
 
 def test_what_was_said_beforehand_to_be_hidden_does_not_count() -> None:

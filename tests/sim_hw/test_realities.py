@@ -34,6 +34,11 @@ def made(reality: Reality, seed: int = 0) -> PlantParameters:
     return real_twin(reality, ROBOT, seed).plant
 
 
+def made_of(reality: Reality) -> PlantParameters:
+    """Of its own robot."""
+    return real_twin(reality, robot_in(reality, CONFIG).parameters, 3).plant
+
+
 def test_the_usual_one_differs_from_the_file_by_its_day_alone() -> None:
     random = np.random.default_rng([7, 0x70])
     plant = made(USUAL, 7)
@@ -49,8 +54,7 @@ def test_the_usual_one_differs_from_the_file_by_its_day_alone() -> None:
 
 @pytest.mark.parametrize("reality", REALITIES, ids=lambda one: one.name)
 def test_every_reality_is_a_robot_with_its_files_weight(reality: Reality) -> None:
-    config = robot_in(reality, CONFIG)
-    plant = real_twin(reality, config.parameters, 3).plant
+    config, plant = robot_in(reality, CONFIG), made_of(reality)
     model = build_model(plant)
     pads = (
         np.isfinite(plant.ground.stiffness).sum() * 0.02
@@ -299,3 +303,11 @@ def test_all_that_a_reality_changes_comes_through_the_bytes_as_well() -> None:
     for field in ("time_s", "shaft_rad", "force_n", "foot_m", "body_position_m"):
         assert getattr(fast, field) == pytest.approx(getattr(whole, field), abs=2e-6), field
     assert np.isfinite(fast.force_n).all()
+
+
+@pytest.mark.parametrize("number", [105, 301])
+def test_a_small_robot_that_is_drawn_with_heavy_legs_can_be_built(number: int) -> None:
+    """Six feet of the usual size have more inertia than all of it."""
+    drawn = find_reality(f"drawn-{number}")
+    assert 0.0 < drawn.leg.foot_mass_kg < find_reality("soft_servo").leg.foot_mass_kg
+    build_model(made_of(drawn))
