@@ -112,6 +112,6 @@ def _distance(one: Signature, i: int, times: float) -> float:
     effect = one.candidate.effect
     p = effect.parameters[i]
     if one.offset < 0:
-        return p.spread * times
+        return p.spread * max(times, effect.least_size)
     # the change goes with the square of what is the same with all numbers negated
     return abs(one.start[i] - p.neutral) * (math.sqrt(times) if effect.even else times)

@@ -7,7 +7,7 @@ limit that is not reached, a law without a size) the fit begins at several value
 import itertools
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -111,6 +111,18 @@ def with_vibrations(
         for one in candidates
         if one.effect.shaking or one.effect.family not in sure
     )
+
+
+def shares_of(families: Collection[Family]) -> dict[Family, float]:
+    """Return the share of a level that each cause has, of a test that tries all of them.
+
+    An effect of the whole machine has as much as one of single joints has at all of them: what is wrong is
+    one thing, wherever it is. So much is promised whatever the shares (Genovese, Roeder and Wasserman 2006,
+    doi:10.1093/biomet/93.3.509).
+    """
+    each = set(families)
+    places = Counter((name, len(joints)) for name, joints in each)
+    return {one: 1.0 / (len(places) * places[one[0], len(one[1])]) for one in each}
 
 
 def families_of(causes: Sequence[Cause], effects: Mapping[str, Effect]) -> set[Family]:

@@ -7,7 +7,7 @@ search is worth; the scatter of the fits is what a cause must stand out from to 
 """
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from gap.constants import OPEN_LEVEL, SHOWN
 from gap.residuals.chances import HeldOutChances, clearer, leave_each_out
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, nearest
+from gap.search.candidates import Family, shares_of
 from gap.search.clear_size import clear_size
 from gap.search.days import day_variances, likeliest_day_share
 from gap.search.novelty import chance_of
@@ -46,7 +47,7 @@ class HealthySearch:
     """What the search finds in healthy runs.
 
     Attributes:
-        candidates: How many were tried, all forms of a cause as one.
+        shares: Of a level, that each cause has, all forms of it as one.
         chances: Of the best in each reference that is matched, among all candidates.
         alone: Candidates each by itself.
         beside: And beside what days differ in.
@@ -56,7 +57,7 @@ class HealthySearch:
         with_trials: References laid over the trials, and these.
     """
 
-    candidates: int
+    shares: Mapping[Family, float]
     chances: HeldOutChances
     alone: View
     beside: View
@@ -70,9 +71,10 @@ class HealthySearch:
         """Which of the runs are trials."""
         return range(len(self.references), len(self.with_trials.gaits))
 
-    def among_all(self, chance: float) -> float:
+    def among_all(self, chance: float, family: Family) -> float:
         """Return what the chance of one candidate is worth, as the best of all that were tried."""
-        return self.chances.calibrated(min(1.0, self.candidates * chance))
+        share = self.shares.get(family, min(self.shares.values(), default=1.0))
+        return self.chances.calibrated(min(1.0, chance / share))
 
     def left_in_trials(self, evidence: Evidence, residual: FloatArray) -> LaidRuns:
         """Return the references, and the trials with what causes leave of them, (F, C)."""
@@ -89,7 +91,7 @@ class HealthySearch:
             level: Chance at which a cause is named.
             laid: The references, and after them the trials.
         """
-        needed = 0.5 * self.chances.needed(level) / self.candidates  # by one of two tests
+        by_one_of_two = 0.5 * self.chances.needed(level)
         views = zip(
             fits_of(laid, self.signatures), fits_of(laid, self.signatures, self.days), strict=True
         )
@@ -97,6 +99,7 @@ class HealthySearch:
             signature = alone[0].signature
             if (signature.offset >= 0) is not signature.candidate.effect.away:
                 continue
+            needed = by_one_of_two * self.shares[signature.candidate.family]
             for place, direction in enumerate(np.eye(alone[0].pull.shape[1])):
                 by_itself, hinted = (
                     self._visible(alone, self.alone.usual, direction, chance)
@@ -134,7 +137,10 @@ def search_healthy(
     alone, share = fits_of(laid, signatures), likeliest_day_share(laid.changes(every))
     changes = _sizes_of(alone)
     chances = []
-    matched = _matched(evidence, references)
+    matched, shares = (
+        _matched(evidence, references),
+        shares_of([own.signature.candidate.family for own, _ in alone]),
+    )
     for held, others in leave_each_out(len(references)):
         if held not in matched:
             continue
@@ -148,10 +154,14 @@ def search_healthy(
             )
             for fits, fits_beside in both
         ]
-        chances.append(min(1.0, _count(alone) * min(each, default=1.0)))
+        of_all = (
+            p / shares[own.signature.candidate.family]
+            for p, (own, _) in zip(each, alone, strict=True)
+        )
+        chances.append(min(1.0, min(of_all, default=1.0)))
     beside, days = _beside(laid, signatures, every, share)
     return HealthySearch(
-        max(_count(alone), 1),
+        shares,
         HeldOutChances(tuple(chances)),
         View(alone, _usual(changes, every)),
         beside,
@@ -174,11 +184,6 @@ def _matched(evidence: Evidence, references: Sequence[Healthy]) -> list[int]:
         for held, others in leave_each_out(len(known))
         if nearest(known[held], [known[i] for i in others]) <= most
     ]
-
-
-def _count(fits: Sequence[FitsElsewhere]) -> int:
-    """How many causes are tried."""
-    return len({one.signature.candidate.family for one, _ in fits})
 
 
 def _beside(

@@ -129,7 +129,9 @@ class Look:
         if self.known is None:
             return 0.0
         one = self._chance_of_one(option, self.known)
-        chance = self.known.search.among_all(min(1.0, option.added.forms * one))
+        chance = self.known.search.among_all(
+            min(1.0, option.added.forms * one), option.added.family
+        )
         vibration = option.added.vibration
         if vibration is None or not option.added.effect.shaking or vibration.nats <= 0.0:
             return chance
@@ -229,10 +231,10 @@ class Look:
         if self.known is not None and not standing.causes:
             chance = newest(self.known.search)
             new = [
-                (chance[family], gain)
+                (among_all, gain)
                 for gain in ranked
                 if (family := gain.signature.candidate.family) in chance
-                and self.known.search.among_all(chance[family]) < OPEN_LEVEL
+                and (among_all := self.known.search.among_all(chance[family], family)) < OPEN_LEVEL
             ]
             yield [gain for _, gain in sorted(new, key=lambda one: one[0])[:NEWEST]]
 

@@ -99,6 +99,8 @@ _APART = Combine.APART
 # In spreads of a share of 0.5: springs that are stiffer than drawn, or get stiffer under load, give up to a
 # third less, which is as if markers showed less of it.
 SPRINGS_DIFFER = 0.6
+# In spreads of 1 mm: parts of 30 to 120 mm are as long as drawn to 0.3 mm (ISO 2768-1, medium).
+LINKS_DIFFER = 0.3
 
 _STICK_SLIP = Shaking(
     ("force_x", "force_y"), ("force_z",), steady=("friction_level", "friction_patch")
@@ -131,10 +133,10 @@ CATALOGUE = (
     _effect("actuation", "shaft_zero_offset", LEG, _numbers("offset_rad", "rad", -0.6, 0.6, 0.05),
         "The crank sits on its shaft turned by an angle that the encoder does not see.",
         "Refit the horn, or calibrate the zero of this servo."),
-    _effect("kinematics", "link_length", BOTH,
+    replace(_effect("kinematics", "link_length", BOTH,
         _numbers("crank_m coupler_m rocker_m", "m", -0.01, 0.01, 0.001),
         "Links of the four-bar are longer or shorter than drawn: the foot's path changes its shape.",
-        "Measure the links between pin centres."),
+        "Measure the links between pin centres."), least_size=LINKS_DIFFER),
     _effect("kinematics", "hip_mount_offset", LEG, _numbers("x_m y_m", "m", -0.05, 0.05, 0.005),
         "The crank shaft is not where the drawing has it in the body frame.",
         "Measure where this leg is mounted."),

@@ -13,6 +13,7 @@ from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.chances import HeldOutChances, promised
+from gap.search.candidates import shares_of
 from gap.search.healthy_search import View
 from gap.search.novelty import chance_of
 from gap.search.options import CAUSE_LEVEL
@@ -72,6 +73,25 @@ def test_references_that_look_new_by_themselves_make_chances_worth_less() -> Non
     assert odd.calibrated(1e-6) > 1e-2
     assert promised(0.05, 6) == pytest.approx(1 / 7)
     assert promised(0.05, 99) == pytest.approx(0.05)
+
+
+def test_an_effect_has_the_same_share_of_a_level_at_one_place_as_at_all_joints() -> None:
+    whole, both = ("lag", ()), ("friction", ())
+    at_a_joint = [("friction", (joint,)) for joint in "abc"]
+    shares = shares_of([whole, both, *at_a_joint])
+    assert shares == pytest.approx({whole: 1 / 3, both: 1 / 3, **dict.fromkeys(at_a_joint, 1 / 9)})
+
+
+def test_the_level_is_shared_by_all_causes_that_are_tried() -> None:
+    known = _comparison(31, LIKE).known
+    assert known is not None
+    search = known.search
+    assert sum(search.shares.values()) == pytest.approx(1.0)
+    at_a_joint, whole = ("stiffness", ("b",)), ("lag", ())
+    assert search.shares[whole] == pytest.approx(len(JOINTS) * search.shares[at_a_joint])
+    chance = 1e-4
+    worth = [search.among_all(chance, one) for one in (whole, at_a_joint, ("unheard of", ()))]
+    assert chance < worth[0] < worth[1] == pytest.approx(worth[2])
 
 
 def _run(at: int, seed: int, wander: tuple[float, ...], causes: tuple[Cause, ...] = ()) -> Trial:
@@ -156,3 +176,17 @@ def test_a_size_said_to_be_visible_is_found() -> None:
     soft = Cause("stiffness", ("b",), (1 - size,))
     found = sum(_alarm(_comparison(seed, LIKE, (soft,))) for seed in (31, 32, 33))
     assert found >= 2
+
+
+def test_no_size_is_said_to_be_visible_below_the_least_that_is_named() -> None:
+    healthy = _comparison(31, LIKE)
+    evidence = healthy.evidence
+    loose = tuple(
+        replace(one, candidate=replace(one.candidate, effect=replace(one.candidate.effect, least_size=9.0)))
+        for one in healthy.signatures.each
+    )  # fmt: skip
+    for signatures in (healthy.signatures, replace(healthy.signatures, each=loose)):
+        sizes = detectable(evidence, signatures, None, evidence.base)
+        lag = next(one for one in sizes if one.effect == "lag")
+        least = 0.27 if signatures.each is loose else 0.0  # its spread is 0.03 s
+        assert least <= lag.size < 0.271
