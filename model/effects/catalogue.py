@@ -152,7 +152,7 @@ CATALOGUE = (
         "Walk on firm ground, or give the simulator the ground's stiffness."),
     _effect("support", "leg_length", LEG, _numbers("offset_m", "m", -0.03, 0.03, 0.003),
         "A leg is longer or shorter below its linkage: it takes load earlier or later than the others.",
-        "Check foot tip and clamping of this leg."),
+        "Check foot tip and clamping of this leg, and its spring for play: half of that looks the same."),
     _effect("support", "ground_slope", ALL, _numbers("slope_x slope_y", "", -0.2, 0.2, 0.02),
         "The ground rises: gravity pulls downhill, lower feet carry more, the body leans.",
         "Level the floor, or measure its slope."),
