@@ -87,6 +87,7 @@ def _cause(one: NamedCause) -> dict[str, Any]:
         ],
         "on_bound": [value.name for value in one.values if value.on_bound],
         "probability": one.probability,
+        "p": one.p,
         "shrink": one.shrink,
         "shrink_alone": one.alone,
         "shrink_last": one.last,

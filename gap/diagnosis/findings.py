@@ -70,6 +70,7 @@ class NamedCause:
         remedy: What to check or change.
         trend: How its size changes in the course of a run.
         vibration: What vibrates, if that tells it from another effect; None otherwise.
+        p: Its chance in a healthy machine, among all causes that were tried; 0 without references.
     """
 
     effect: str
@@ -87,6 +88,7 @@ class NamedCause:
     form: str
     trend: Trend
     vibration: ChannelVibration | None = None
+    p: float = 0.0
 
     @property
     def form_words(self) -> str:

@@ -180,7 +180,8 @@ def chances(
                 continue
             blur = blur_of(behind, left_nats, step.chosen.over.nats)
             weights.append(weight_of(behind, blur, vibration_nats_of(one, step.chosen)))
-        share = (1.0 - none) / (1.0 + sum(weights) + unfitted)
+        # what a healthy machine shows by chance is neither this cause nor an alternative to it
+        share = (1.0 - step.p) * (1.0 - none) / (1.0 + sum(weights) + unfitted)
         of = step.chosen.added.family
         rivals = tuple(
             RivalCause(

@@ -145,7 +145,7 @@ def _as_a_law(comparison: GapEvidence, selection: Selection, signatures: Signatu
     if taken is None:
         return None
     option, p, rivals = taken
-    if p >= look.level(selection.fitted.residual) or not _agrees(comparison, option):
+    if p >= look.level(selection.fitted) or not _agrees(comparison, option):
         return None
     return Step(option, rivals)
 

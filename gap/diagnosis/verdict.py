@@ -97,6 +97,7 @@ def named_causes(
                 form=effect.name,
                 trend=trends[i],
                 vibration=step.chosen.added.vibration,
+                p=step.p,
             )
         )
         at += size

@@ -51,7 +51,7 @@ def _with_partner(
     on_trial = Selection(law.fitted, law.unseen, (*selection.steps, Step(law, ())), selection.p)
     signatures = make_signatures(evidence, candidates, law.fitted.causes, lambda _: None)
     added = look.one_more(on_trial, signatures)
-    if added is None or added[1] >= look.level(law.fitted.residual):
+    if added is None or added[1] >= look.level(law.fitted):
         return None
     partner, _, rivals = added
     at = len(selection.steps)

@@ -44,10 +44,14 @@ LISTS = ((NEAR, 0.5), (0.0, 10.0))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Step:
-    """One cause that was taken, and the others that were fitted in its place, best first."""
+    """One cause that was taken, and the others that were fitted in its place, best first.
+
+    ``p`` is its chance in a healthy machine, among all candidates; 0 without references.
+    """
 
     chosen: Option
     rivals: tuple[Option, ...]
+    p: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -153,15 +157,18 @@ class Look:
         )
         return clearer(alone, beside)
 
-    def level(self, residual: FloatArray) -> float:
+    def level(self, fitted: Fitted) -> float:
         """Return the chance below which the next cause is named.
 
-        Where what is left has more energy than healthy runs have, there is a gap, and the question is which
-        cause it has; a cause must then only stand out from what healthy runs show as well.
+        Where a cause is named already, or what is left has more energy than healthy runs have, there is a
+        gap, and the question is which causes it has; one must then only stand out from what healthy runs
+        show as well.
         """
         if self.known is None:
             return 1.0
-        left = chance_of_energies(self.evidence, residual, self.known.each)
+        if fitted.causes:
+            return OPEN_LEVEL
+        left = chance_of_energies(self.evidence, fitted.residual, self.known.each)
         return OPEN_LEVEL if left < ENERGY_LEVEL else CAUSE_LEVEL
 
     def least_nats(self, unseen: FloatArray) -> float:
@@ -187,7 +194,7 @@ class Look:
         ranked = [best for best, *_ in forms.values()]
         options: list[Option] = []
         usual: list[tuple[Option, float]] = []
-        least_p, level = 1.0, self.level(residual)
+        least_p, level = 1.0, self.level(selection.fitted)
         for listed in self._lists(ranked, selection.fitted):
             own = [forms[gain.signature.candidate.family] for gain in listed]
             find = partial(self._best_form, selection)

@@ -84,7 +84,7 @@ def in_its_place(selection: Selection, at: int, option: Option) -> Selection:
     step = selection.steps[at]
     rivals = (step.chosen, *step.rivals)
     rivals = tuple(one for one in rivals if one.added.family != option.added.family)
-    steps = (*selection.steps[:at], Step(option, rivals), *selection.steps[at + 1 :])
+    steps = (*selection.steps[:at], Step(option, rivals, step.p), *selection.steps[at + 1 :])
     return Selection(option.fitted, option.unseen, steps, selection.p)
 
 

@@ -72,11 +72,11 @@ def _forward(
         best, p, others = taken
         if not selection.steps:
             selection = replace(selection, p=p)
-        if p >= look.level(selection.fitted.residual):
+        if p >= look.level(selection.fitted):
             break
         share = best.over.nats / max(float(selection.unseen.sum()), 1e-9)
         selection = Selection(
-            best.fitted, best.unseen, (*selection.steps, Step(best, others)), selection.p
+            best.fitted, best.unseen, (*selection.steps, Step(best, others, p)), selection.p
         )
         selection = _dropped(evidence, selection, len(selection.steps) - 1)
         left = evidence.mean_excess(selection.fitted.residual)

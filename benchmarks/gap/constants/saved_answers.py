@@ -84,7 +84,7 @@ def _would_do(answer: CaseAnswer, found: Found) -> bool:
 def _probability(found: Found, effect: str, joints: list[str], none: float, fit: Fit) -> float:
     """Probability of a named cause, as ``gap.diagnosis.probability.chances`` gives it."""
     cause = next(one for one in found["causes"] if [one["effect"], one["legs"]] == [effect, joints])
-    before, gained = cause["probability"], cause.get("nats", 0.0)
+    before, gained, p = (float(cause.get(name, 0.0)) for name in ("probability", "nats", "p"))
     rivals = [one for one in found["rivals"] if one["of"] == [effect, joints]]
     weights = [
         1.0 if one["probability"] == before
@@ -93,8 +93,9 @@ def _probability(found: Found, effect: str, joints: list[str], none: float, fit:
     ]  # fmt: skip
     # effects that nothing tells from it have as much, and were not fitted
     given = before + sum(one["probability"] for one in rivals)
-    alike = max(0, round((1.0 - found["none_of_these"] - given) / before)) if before else 0
-    return (1.0 - none) / (1.0 + sum(weights) + alike)
+    whole = (1.0 - p) * (1.0 - found["none_of_these"])
+    alike = max(0, round((whole - given) / before)) if before else 0
+    return (1.0 - p) * (1.0 - none) / (1.0 + sum(weights) + alike)
 
 
 def _weight(behind: Advantage, left_nats: float, gained_nats: float) -> float:
