@@ -38,8 +38,8 @@ ENERGY_LEVEL = Constant(
 )  # fmt: skip
 OPEN_LEVEL = Constant(
     0.3,
-    "the same chance of a cause where energies show a gap already, whatever its cause; one above it by "
-    "itself is not new beside what differs from day to day, either",
+    "the same chance of a cause where energies show a gap already, or another cause is named; one above it "
+    "by itself is not new beside what differs from day to day, either",
     BY_HAND,
 )
 NULL_WORTH = Constant(
@@ -259,7 +259,7 @@ NONE_LEFT = Constant(
 NONE_UNWATCHED = Constant(
     2.5,
     "added if no channel of a stage of the chain is measured, with references",
-    "on fourteen drawn realities, eight of them with fewer sensors (labels open); likeliest there is 2.7",
+    "on fourteen drawn realities, seven of them with fewer sensors (labels open); likeliest there is 2.7",
 )
 FORM_DIFFERS = Constant(
     0.1,

@@ -36,7 +36,7 @@ from gap.check.score import (
 )
 
 FIRST = "first cause right, with leg"
-VISIBLE = "or of those large enough to be seen"
+LARGE_ENOUGH = "of those large enough to be seen"
 AMONG = "true cause among the named"
 HEALTHY_ALONE = "healthy: nothing but the baseline"
 WITHIN_LOW, WITHIN_HIGH = 0.60, 0.80
@@ -71,9 +71,9 @@ def figures_of_reality(
 ) -> RealityFigures:
     """Count the cases of one reality.
 
-    Single cases count whether their gap was declared or not; so do, once more, those whose effect is as
-    large as the diagnosis says it would have seen. Those with an effect that it said beforehand its sensors
-    cannot show do not count.
+    Single cases count whether their gap was declared or not. Those with a number as large as the diagnosis
+    says it would have seen, or for whose effect it says nothing, count once more. Those with an effect that
+    it said beforehand its sensors cannot show do not count.
     """
     counted = [case for case in cases if not _cannot_be_seen(case)]
     single = [c for c in counted if c.kind == SINGLE]
@@ -88,7 +88,7 @@ def figures_of_reality(
     within = numbers_within(declared, 1.0)
     figures = (
         share(FIRST, map(_first_right, single), 0.88),
-        share(VISIBLE, (_first_right(c) for c in single if not too_small(c)), 0.80),
+        share(LARGE_ENOUGH, (_first_right(c) for c in single if not too_small(c)), 0.80),
         share("or in its declared group", (_in_group(c) for c in single), 0.95),
         share("stage right, of detected", (stage_right(c) for c in declared), 0.97),
         share("healthy called no_gap", (not gap_declared(c) for c in controls), 0.95),

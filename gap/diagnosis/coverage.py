@@ -63,7 +63,7 @@ def coverage_of(simulator: Simulator, trial: Trial) -> Coverage:
 
 
 def unwatched_stages(channels: Sequence[Channel], measured: BoolArray) -> tuple[str, ...]:
-    """Return the stages of which the simulator has channels, and none of them was measured.
+    """Return the stages none of whose channels was measured, in the order of the channels.
 
     Args:
         channels: Of the simulator, C of them.

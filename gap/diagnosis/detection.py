@@ -108,7 +108,10 @@ def _by_noise(one: Signature, evidence: Evidence, signatures: Signatures) -> lis
 
 
 def _distance(one: Signature, i: int, times: float) -> float:
-    """Return how far a parameter is from neutral, so many spreads, or so many times what a start makes."""
+    """Return how far a parameter is from neutral, so many spreads, or so many times what a start makes.
+
+    It is at least what is named at all; of causes of just that size half are fitted below it.
+    """
     effect = one.candidate.effect
     p = effect.parameters[i]
     if one.offset < 0:

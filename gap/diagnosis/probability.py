@@ -77,7 +77,7 @@ class Fit:
             where there is none to compare with.
         left_there: How much more is left at joints of causes on held-out runs than at others, see
             ``gap.residuals.left_there``; 0 where that is unknown.
-        unwatched: How many stages of the chain have no channel that was measured.
+        unwatched: How many stages of the chain have no channel that was measured; only whether any matters.
     """
 
     closed: float
@@ -110,10 +110,10 @@ def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
     """Return what the log odds of "none of these" are linear in, eight numbers.
 
     These are 1, the open gap, energy, the worst channel, causes above two, what is open where the causes
-    act, what is left at their joints on held-out runs, and whether a stage of the chain is not measured: a
-    large cause is right though a few percent of how it looks are left. What a healthy machine leaves as
-    well is no sign that something is missing. What is wrong in a stage that is not measured shows only in
-    what follows from it, and there a cause of another stage can look the same.
+    act, what is left at their joints on held-out runs, and whether a stage of the chain is not measured
+    (0 or 1). Of a large cause that is right a few percent may be left. What a healthy machine leaves too is
+    no sign that something is missing. What is wrong in a stage that is not measured shows only in what
+    follows from it, and there a cause of another stage can look the same.
     """
     odd = min(1.0, -math.log(max(fit.p_after, 1e-9)) / -math.log(SURELY_ODD))
     return (

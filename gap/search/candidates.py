@@ -117,8 +117,8 @@ def shares_of(families: Collection[Family]) -> dict[Family, float]:
     """Return the share of a level that each cause has, of a test that tries all of them.
 
     An effect of the whole machine has as much as one of single joints has at all of them: what is wrong is
-    one thing, wherever it is. So much is promised whatever the shares (Genovese, Roeder and Wasserman 2006,
-    doi:10.1093/biomet/93.3.509).
+    one thing, wherever it is. A level is kept by any shares that sum to 1 (Genovese, Roeder and Wasserman
+    2006, doi:10.1093/biomet/93.3.509).
     """
     each = set(families)
     places = Counter((name, len(joints)) for name, joints in each)

@@ -47,7 +47,7 @@ class HealthySearch:
     """What the search finds in healthy runs.
 
     Attributes:
-        shares: Of a level, that each cause has, all forms of it as one.
+        shares: Of a level, by cause (all its forms as one): they sum to 1.
         chances: Of the best in each reference that is matched, among all candidates.
         alone: Candidates each by itself.
         beside: And beside what days differ in.
@@ -72,7 +72,10 @@ class HealthySearch:
         return range(len(self.references), len(self.with_trials.gaits))
 
     def among_all(self, chance: float, family: Family) -> float:
-        """Return what the chance of one candidate is worth, as the best of all that were tried."""
+        """Return what the chance of one cause is worth, as the best of all that were tried.
+
+        One that showed nothing when they were gets the smallest share.
+        """
         share = self.shares.get(family, min(self.shares.values(), default=1.0))
         return self.chances.calibrated(min(1.0, chance / share))
 
@@ -137,10 +140,8 @@ def search_healthy(
     alone, share = fits_of(laid, signatures), likeliest_day_share(laid.changes(every))
     changes = _sizes_of(alone)
     chances = []
-    matched, shares = (
-        _matched(evidence, references),
-        shares_of([own.signature.candidate.family for own, _ in alone]),
-    )
+    matched = _matched(evidence, references)
+    shares = shares_of([own.signature.candidate.family for own, _ in alone])
     for held, others in leave_each_out(len(references)):
         if held not in matched:
             continue

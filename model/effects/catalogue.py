@@ -99,7 +99,7 @@ _APART = Combine.APART
 # In spreads of a share of 0.5: springs that are stiffer than drawn, or get stiffer under load, give up to a
 # third less, which is as if markers showed less of it.
 SPRINGS_DIFFER = 0.6
-# In spreads of 1 mm: parts of 30 to 120 mm are as long as drawn to 0.3 mm (ISO 2768-1, medium).
+# In spreads of 1 mm: for parts of 30 to 120 mm ISO 2768-1 (medium) allows 0.3 mm.
 LINKS_DIFFER = 0.3
 
 _STICK_SLIP = Shaking(
@@ -152,7 +152,7 @@ CATALOGUE = (
         "Walk on firm ground, or give the simulator the ground's stiffness."),
     _effect("support", "leg_length", LEG, _numbers("offset_m", "m", -0.03, 0.03, 0.003),
         "A leg is longer or shorter below its linkage: it takes load earlier or later than the others.",
-        "Check foot tip and clamping of this leg, and its spring for play: half of that looks the same."),
+        "Check foot tip and clamping of this leg, and its spring for play, half of which looks like this."),
     _effect("support", "ground_slope", ALL, _numbers("slope_x slope_y", "", -0.2, 0.2, 0.02),
         "The ground rises: gravity pulls downhill, lower feet carry more, the body leans.",
         "Level the floor, or measure its slope."),

@@ -4,13 +4,13 @@ import math
 from collections.abc import Mapping, Sequence
 
 from gap.check.calibration import LeftOut
-from gap.check.realities import FIRST, VISIBLE, RealityFigures
+from gap.check.realities import FIRST, LARGE_ENOUGH, RealityFigures
 from gap.check.score import Confusion, Figure
 from robot.campaign.score_text import figure_value, too_small_words
 from robot.console.table import Column, markdown_lines, table_lines
 
 SHORT = {
-    FIRST: "first", VISIBLE: "of visible", "or in its declared group": "group",
+    FIRST: "first", LARGE_ENOUGH: "large", "or in its declared group": "group",
     "stage right, of detected": "stage",
     "healthy called no_gap": "healthy", "both causes of a pair": "pairs",
     "outside: unexplained": "outside", "AUROC of none of these": "AUROC",

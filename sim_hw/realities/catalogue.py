@@ -164,7 +164,7 @@ REALITIES = (
     ),
 )  # fmt: skip
 
-SMALL_LEG = 0.3  # mass of a leg of two thirds the size: its cube
+SMALL_LEG = 0.3  # of the mass of a leg of the usual size: about the cube of 0.7
 DRAWN = re.compile(r"drawn-(\d{1,9})")
 _PARTS: Mapping[str, tuple[object, ...]] = {
     "loop": (

@@ -113,7 +113,7 @@ def test_of_effects_that_the_answer_says_it_would_have_seen_the_first_cause_coun
     mild = replace(FRICTION, values=(("ratio", 0.9),))
     large = answered(SILENT, verdict="no_gap", detectable=(said,))
     small = replace(large, truths=(mild,))
-    name = "or of those large enough to be seen"
+    name = "of those large enough to be seen"
     assert value(name, RIGHT, small) == (1.0, 1, True)
     assert value(name, RIGHT, large) == (0.5, 2, False)
     assert value("first cause right, with leg", RIGHT, small) == (0.5, 2, False)
