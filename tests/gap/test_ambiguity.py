@@ -25,6 +25,24 @@ def opened(evidence: Evidence, selection: Selection) -> list[str]:
     return [one.effect for one in open_rivals(evidence, selection, [r for _, r in shared], 1e6)]
 
 
+def test_what_a_healthy_machine_shows_by_chance_is_no_cause() -> None:
+    """Three in ten of them show as much: neither it nor its alternatives can have more than 0.7."""
+    evidence, _ = evidences(
+        Toy(), [toy_trial([Cause("delay", (), (0.02,))], 0.05, "trot", seed=1)], []
+    )
+    standing = np.full(len(evidence.starts), 1e9)
+    delay, lag = (
+        fit_option(evidence, one, (one.cause((0.02,)),), standing)
+        for one in (Candidate(BY_NAME[name], ()) for name in ("delay", "lag"))
+    )
+    sure = Selection(delay.fitted, delay.unseen, (Step(delay, (lag,)),))
+    doubtful = replace(sure, steps=(replace(sure.steps[0], p=0.3),))
+    ((one, (other,)),) = chances(sure, evidence.block_part, 0.1, 0.0)
+    ((less, (least,)),) = chances(doubtful, evidence.block_part, 0.1, 0.0)
+    assert one + other.probability == pytest.approx(0.9)
+    assert (less, least.probability) == pytest.approx((0.7 * one, 0.7 * other.probability))
+
+
 def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:
     true = [Cause("delay", (), (0.02,)), Cause("lag", (), (0.03,))]
     evidence, _ = evidences(Toy(), [toy_trial(true, 0.05, "trot", seconds=30.0, seed=1)], [])

@@ -9,6 +9,7 @@ import pytest
 import gap.search.look as look_module
 import gap.search.options as options_module
 import gap.search.selection as selection_module
+from gap.constants import OPEN_LEVEL
 from gap.diagnosis.commissioning import standing_of
 from gap.diagnosis.study import Study
 from gap.interfaces import Cause, Simulator, reach_of
@@ -170,6 +171,26 @@ def test_a_cause_closes_what_is_there_and_another_only_a_share() -> None:
 
     assert share("stiffness", "c", 0.9) > 0.95
     assert share("grip", "c", 0.9) < 0.7
+
+
+def test_beside_a_cause_that_is_named_another_needs_less_to_be_named() -> None:
+    """That there is a gap is known then; in a healthy machine and without references it is not."""
+    healthy, known = evidences(Toy(), toy_case((), 3), toy_references(3))
+    look, none = Look(healthy, known, Search()), fit_causes(healthy, ())
+    named = fit_causes(healthy, (Cause("delay", (), (0.02,)),))
+    assert look.level(none) == CAUSE_LEVEL
+    assert look.level(named) == OPEN_LEVEL > CAUSE_LEVEL
+    assert Look(healthy, None, Search()).level(named) == 1.0
+
+
+def test_a_step_keeps_its_chance_in_a_healthy_machine() -> None:
+    toy, soft = Toy(), Cause("stiffness", ("c",), (0.8,))
+    found, known = evidences(toy, toy_case([soft], 3), toy_references(3))
+    assert known is not None
+    (step, *_), p = (one := select_all(found, known, toy, Search())).steps, one.p
+    assert step.p == p < CAUSE_LEVEL
+    (alone, *_) = select_all(found, None, toy, Search()).steps
+    assert alone.p == 0.0
 
 
 def test_of_a_large_misfit_a_cause_closes_energy_and_hardly_any_score() -> None:
