@@ -26,6 +26,7 @@ from gap.check.score import (
     Figure,
     area_under,
     calibration_figure,
+    first_right,
     leg_right,
     number,
     numbers_within,
@@ -87,8 +88,8 @@ def figures_of_reality(
     )
     within = numbers_within(declared, 1.0)
     figures = (
-        share(FIRST, map(_first_right, single), 0.88),
-        share(LARGE_ENOUGH, (_first_right(c) for c in single if not too_small(c)), 0.80),
+        share(FIRST, map(first_right, single), 0.88),
+        share(LARGE_ENOUGH, (first_right(c) for c in single if not too_small(c)), 0.80),
         share("or in its declared group", (_in_group(c) for c in single), 0.95),
         share("stage right, of detected", (stage_right(c) for c in declared), 0.97),
         share("healthy called no_gap", (not gap_declared(c) for c in controls), 0.95),
@@ -153,10 +154,6 @@ def _first(row: RealityFigures) -> float:
 
 def _cannot_be_seen(case: CheckedCase) -> bool:
     return any(truth.effect in case.answer.hidden for truth in case.truths)
-
-
-def _first_right(case: CheckedCase) -> bool:
-    return named_right(case) and leg_right(case)
 
 
 def _in_group(case: CheckedCase) -> bool:

@@ -166,7 +166,7 @@ def parameter_error(
     """
     errors = []
     for case in cases:
-        if not named_right(case) or not leg_right(case):
+        if not first_right(case):
             continue
         truth, fitted = case.truths[0], dict(case.answer.named[0].values)
         away = {n: abs(v - neutral.get((truth.effect, n), 0.0)) for n, v in truth.values}
@@ -184,7 +184,7 @@ def numbers_within(cases: Iterable[CheckedCase], times: float) -> tuple[bool, ..
     """
     hits = []
     for case in cases:
-        if not named_right(case) or not leg_right(case):
+        if not first_right(case):
             continue
         first = case.answer.named[0]
         fitted, errors = dict(first.values), dict(first.errors)
@@ -232,6 +232,11 @@ def number(name: str, value: float, cases: int, bar: str, met: Callable[[float],
     """Return a figure that is no share."""
     known = value == value
     return Figure(name, value, math.nan, math.nan, cases, bar, met(value) if known else None)
+
+
+def first_right(case: CheckedCase) -> bool:
+    """Whether the first cause that was named is the true one, at its leg."""
+    return named_right(case) and leg_right(case)
 
 
 def leg_right(case: CheckedCase) -> bool:

@@ -198,9 +198,8 @@ def drawn_reality(number: int) -> Reality:
     chosen = {key: _PARTS[key][at] for key, at in numbers.items()}
     words = ", ".join(f"{key.split('_')[0]} {at + 1}" for key, at in numbers.items() if at)
     made: Reality = replace(Reality(f"drawn-{number}", f"drawn: {words or 'as usual'}"), **chosen)  # type: ignore[arg-type]
-    if (
-        made.robot is SMALL
-    ):  # heavy legs of the usual size have more inertia than the whole small robot
+    # heavy legs of the usual size have more inertia than the whole small robot
+    if made.robot is SMALL:
         made = replace(made, leg=replace(made.leg, foot_mass_kg=SMALL_LEG * made.leg.foot_mass_kg))
     return made
 
