@@ -16,7 +16,7 @@ from gap.diagnosis.gap_evidence import GapEvidence
 from gap.diagnosis.held_stage import agrees
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, Family, families_of, size_of
-from gap.search.look import Look, Search, Selection, Step
+from gap.search.look import Look, Search, Selection, Step, rank
 from gap.search.options import Option, fit_option, share_of, worth
 from gap.search.replacement import left_out
 from gap.search.screen import Signatures, gains, make_signatures
@@ -78,7 +78,31 @@ def _one_joint(
         signatures, standing.residual, evidence.weights(standing.residual), taken
     )
     unlike = [(one.candidate, one.values) for one in ranked if one.chance < FALSE_ALARMS]
-    return _best(comparison, selection, unlike[:FITTED])
+    step = _best(comparison, selection, unlike[:FITTED])
+    return step and _at_its_joint(comparison, selection, signatures, step)
+
+
+def _at_its_joint(
+    comparison: GapEvidence, selection: Selection, signatures: Signatures, step: Step
+) -> Step:
+    """Return the best effect at a joint that is unlike the others.
+
+    Only what is linear can be compared over joints; play, for one, cannot. But it may fit better there.
+    """
+    chosen, standing = step.chosen.added, selection.fitted
+    taken = families_of(standing.causes, comparison.evidence.effects)
+    ranked = gains(signatures, standing.residual, comparison.evidence.weights(standing.residual))
+    others = [
+        (gain.signature.candidate, gain.values)
+        for gain in ranked
+        if gain.signature.candidate.joints == chosen.joints
+        and gain.signature.candidate.effect.name != chosen.effect.name
+        and gain.signature.candidate.family not in taken
+    ]
+    other = _best(comparison, selection, others[:FITTED])
+    if other is None or rank(other.chosen) >= rank(step.chosen):
+        return step
+    return Step(other.chosen, (step.chosen, *step.rivals))
 
 
 def _at_a_place(

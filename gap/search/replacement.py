@@ -67,9 +67,9 @@ def _better_at(look: Look, selection: Selection, signatures: Signatures, at: int
         named = not too_small(option.cause, option.added.effect)
         if ahead and named and (best is None or option.over.nats > best.over.nats):
             best = option
-    if best is None or look.chance(best) >= CAUSE_LEVEL:
+    if best is None or (p := look.chance(best)) >= CAUSE_LEVEL:
         return selection
-    return in_its_place(selection, at, best)
+    return in_its_place(selection, at, best, p)
 
 
 def fitted_for(evidence: Evidence, selection: Selection, at: int, rival: Option) -> Option:
@@ -79,12 +79,18 @@ def fitted_for(evidence: Evidence, selection: Selection, at: int, rival: Option)
     return fit_option(evidence, rival.added, start, selection.unseen)
 
 
-def in_its_place(selection: Selection, at: int, option: Option) -> Selection:
-    """Return the selection with an option in a cause's place, which becomes an alternative to it."""
+def in_its_place(
+    selection: Selection, at: int, option: Option, p: float | None = None
+) -> Selection:
+    """Return the selection with an option in a cause's place, which becomes an alternative to it.
+
+    ``p`` is the option's chance in a healthy machine; None keeps that of the cause.
+    """
     step = selection.steps[at]
     rivals = (step.chosen, *step.rivals)
     rivals = tuple(one for one in rivals if one.added.family != option.added.family)
-    steps = (*selection.steps[:at], Step(option, rivals, step.p), *selection.steps[at + 1 :])
+    own = Step(option, rivals, step.p if p is None else p)
+    steps = (*selection.steps[:at], own, *selection.steps[at + 1 :])
     return Selection(option.fitted, option.unseen, steps, selection.p)
 
 

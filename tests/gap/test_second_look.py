@@ -9,7 +9,7 @@ from gap.diagnosis.second_look import second_look
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Effect
 from tests.gap.test_drop_worse import selected
-from tests.gap.toy import EFFECTS, RISE, Toy, toy_case, toy_references
+from tests.gap.toy import BUMP, EFFECTS, RISE, Toy, toy_case, toy_references
 
 KNOWN = tuple(one for one in EFFECTS if one.name in {"delay", "lag"})
 LAG = Cause("lag", (), (0.05,))
@@ -36,6 +36,23 @@ def test_a_joint_unlike_the_others_is_added(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(unlike, "FEWEST_OTHERS", 2)
     stiffness = Cause("stiffness", ("c",), (0.4,))
     assert added(compared([LAG, stiffness]), [LAG]) == [("stiffness", ("c",))]
+
+
+def test_at_a_joint_unlike_the_others_what_fits_it_best_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A bump has no slope where it is flat, so it cannot be compared over joints; its mimics can."""
+    monkeypatch.setattr(unlike, "FEWEST_OTHERS", 2)
+    monkeypatch.setattr(looking, "_at_a_place", lambda *_: None)
+    bump = Cause("bump", ("c",), (0.8, 0.2))
+    comparison = compared([LAG, bump], catalogue=(*EFFECTS, BUMP))
+    more = second_look(comparison, selected(comparison, [LAG]))
+    _, named = more.fitted.causes
+    assert (named.effect, named.joints) == ("bump", ("c",))
+    assert named.values == pytest.approx((0.8, 0.2), abs=0.1)
+    mimic = more.steps[-1].rivals[0].added
+    assert mimic.joints == ("c",)
+    assert mimic.effect.name != "bump"
 
 
 def test_what_held_out_runs_spoke_against_is_not_named_again() -> None:
