@@ -43,6 +43,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "standing": d.standing,
         "floor": {"source": d.floor_source},
         "detection": d.detection,
+        "change": d.change,
         "channels": far.channels,
         "fit": d.fit,
         "remaining": {"stage": d.remaining.stage, "cells": d.remaining.cells},

@@ -1,7 +1,8 @@
 """Whether there is a gap above what references show, and what size of a cause would have shown.
 
-Two tests: the best candidate's size (``gap.search.healthy_search``), and the energies of the trials against
-those of references, whatever the candidates. Each reference held out shows what their chances are worth
+Three tests: the best candidate's size (``gap.search.healthy_search``); the energies of the trials against
+those of references, whatever the candidates; where no cause is new, what changes in the course of the runs
+(``gap.diagnosis.trend``). Each reference held out shows what their chances are worth
 (``gap.residuals.chances``). Candidates have most of the level, because healthy machines hardly ever
 reach that of energies.
 """
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.constants import ENERGY_LEVEL, FALSE_ALARMS, SHOWN
+from gap.constants import CHANGE_LEVEL, ENERGY_LEVEL, FALSE_ALARMS, SHOWN
 from gap.detectable import Detectable
 from gap.residuals.chances import promised
 from gap.residuals.energies import chance_of_energies
@@ -34,6 +35,7 @@ class Detection:
             without references.
         p_cause: The same by the best candidate alone, among all that were tried.
         p_energy: By energies alone: the mean over channels, or the worst channel.
+        p_change: By what changes in the course of a run; 1 where nothing was asked for or is large enough.
         promised: False alarms that these references can promise at most, as a share of healthy cases.
         references: How many there are.
     """
@@ -42,6 +44,7 @@ class Detection:
     p: float
     p_cause: float
     p_energy: float
+    p_change: float
     promised: float
     references: int
 
@@ -50,17 +53,25 @@ class Detection:
         """Whether energies alone show a gap, whatever the candidates."""
         return self.p_energy < ENERGY_LEVEL
 
+    @property
+    def by_change(self) -> bool:
+        """Whether something changes in the course of the runs that does not in references."""
+        return self.p_change < CHANGE_LEVEL
 
-def detect(evidence: Evidence, healthy: Sequence[Healthy], p_cause: float) -> Detection:
+
+def detect(
+    evidence: Evidence, healthy: Sequence[Healthy], p_cause: float, p_change: float = 1.0
+) -> Detection:
     """Decide with references.
 
-    ``p_cause`` is the chance that a healthy machine shows any candidate as large as the best one.
+    ``p_cause`` is the chance that a healthy machine shows any candidate as large as the best one,
+    ``p_change`` that something changes as much in the course of its runs.
     """
     p_energy = chance_of_energies(evidence, evidence.base, healthy)
-    nearest = min(p_cause / CAUSE_LEVEL, p_energy / ENERGY_LEVEL)
+    nearest = min(p_cause / CAUSE_LEVEL, p_energy / ENERGY_LEVEL, p_change / CHANGE_LEVEL)
     p = min(1.0, FALSE_ALARMS * nearest)
     rate = promised(FALSE_ALARMS, len(healthy))
-    return Detection(p < FALSE_ALARMS, p, p_cause, p_energy, rate, len(healthy))
+    return Detection(p < FALSE_ALARMS, p, p_cause, p_energy, p_change, rate, len(healthy))
 
 
 def detectable(

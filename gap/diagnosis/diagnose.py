@@ -21,7 +21,7 @@ from gap.diagnosis.new_commands import new_commands
 from gap.diagnosis.probability import Fit, RivalCause, chances, left_of, none_of_them
 from gap.diagnosis.second_look import second_look
 from gap.diagnosis.study import FEWEST_REFERENCES, Study, make_study
-from gap.diagnosis.trend import none_with, trends_of
+from gap.diagnosis.trend import RunChange, change_in_runs, none_with, trends_of
 from gap.diagnosis.verdict import gap_exists, named_causes, resembling, verdict_of, warnings_of
 from gap.diagnosis.where import clearest_there, where
 from gap.experiments.imitation import imitate
@@ -133,6 +133,7 @@ class _Answer:
 
     verdict: Verdict
     detection: Detection | None
+    change: RunChange | None
     named: tuple[NamedCause, ...]
     rivals: tuple[RivalCause, ...]
     ambiguous: tuple[OpenRival, ...]
@@ -157,12 +158,14 @@ def _commissioned(study: Study, standing: tuple[Cause, ...] | None, progress: Pr
 def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answer:
     """Decide whether there is a gap, and whether it is explained."""
     evidence, known = comparison.evidence, comparison.known
-    detection = detect(evidence, comparison.runs, selection.p) if known else None
+    change = None if selection.steps else _change(comparison)
+    p_change = change.chance if change else 1.0
+    detection = detect(evidence, comparison.runs, selection.p, p_change) if known else None
     exists = gap_exists(evidence, detection, selection)
     fit = _fit(comparison, selection, far)
     none = none_of_them(fit, len(selection.steps), bool(comparison.study.references))
     trends = trends_of(evidence, comparison.healthy, selection.fitted)
-    none = none_with(trends, none) if exists else 0.0
+    none = none_with(trends, none, p_change) if exists else 0.0
     shared = chances(selection, evidence.block_part, none, fit.nats_after)
     ambiguous = open_rivals(evidence, selection, [own for _, own in shared], fit.nats_after)
     named = named_causes(
@@ -173,12 +176,22 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
     return _Answer(
         verdict_of(exists, named, none, ambiguous, mostly=mostly),
         detection,
+        change if detection is not None and detection.by_change else None,
         named,
         tuple(rival for _, own in shared for rival in own),
         ambiguous,
         none,
         fit,
     )
+
+
+def _change(comparison: GapEvidence) -> RunChange | None:
+    """What changes in the course of trials without causes, where references were commanded like them."""
+    study, healthy = comparison.study, comparison.healthy
+    if healthy is None or new_commands((*study.fitted, *study.held), study.references):
+        return None
+    trials = (comparison.evidence, study.held_evidence(study.local))
+    return change_in_runs(trials, healthy, comparison.candidates)
 
 
 def _fit(comparison: GapEvidence, selection: Selection, far: HowFar) -> Fit:
@@ -212,7 +225,8 @@ def _diagnosis(
         where(evidence, comparison.end_to_end, residual, seed)
         for residual in (evidence.base, selection.fitted.residual)
     )
-    stage = answer.named[0].stage if answer.named else before.stage
+    stage = answer.change.stage if answer.change else before.stage
+    stage = answer.named[0].stage if answer.named else stage
     return Diagnosis(
         simulator=study.simulator.name,
         verdict=answer.verdict,
@@ -221,6 +235,7 @@ def _diagnosis(
         standing=study.predictor.standing,
         floor_source=study.floor(study.local).source,
         detection=answer.detection,
+        change=answer.change,
         causes=answer.named,
         rivals=answer.rivals,
         ambiguous=answer.ambiguous,

@@ -14,7 +14,7 @@ from gap.diagnosis.detection import Detection
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.new_commands import NewCommands
 from gap.diagnosis.probability import Fit, RivalCause
-from gap.diagnosis.trend import Trend
+from gap.diagnosis.trend import RunChange, Trend
 from gap.diagnosis.where import Where
 from gap.experiments.next_run import NextRun
 from gap.interfaces import Cause, DataFault, place_words
@@ -141,6 +141,16 @@ def _sizes(values: Sequence[Value]) -> str:
     )
 
 
+def _change_words(one: RunChange) -> str:
+    """What changes in the course of a run, and what to look for."""
+    change, place = f"{one.change:+.2g} {one.unit}".strip(), place_words(one.effect, one.joints)
+    return (
+        f"There is a gap in the stage {one.stage}: in the course of a run {one.parameter} of {place} "
+        f"changes by {change} (to first order), as in no reference and as no effect of the catalogue "
+        "does; look for wear, heat, dust, a battery."
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class TrialFaults:
     """Data faults of one trial, by its number; references are behind the trials."""
@@ -159,6 +169,7 @@ class Diagnosis:
         standing: What the references show already, and every prediction has.
         floor_source: ``references``, ``cycles`` or ``sensors``.
         detection: Whether there is a gap; None without enough references.
+        change: What changes in the course of a run, if that is a gap and no cause is named; else None.
         causes: Causes, the largest first.
         rivals: Alternatives fitted in their place.
         ambiguous: Alternatives that these runs leave open.
@@ -181,6 +192,7 @@ class Diagnosis:
     standing: tuple[Cause, ...]
     floor_source: str
     detection: Detection | None
+    change: RunChange | None
     causes: tuple[NamedCause, ...]
     rivals: tuple[RivalCause, ...]
     ambiguous: tuple[OpenRival, ...]
@@ -234,6 +246,8 @@ class Diagnosis:
                 f"{self._lacks(self.causes)}. These runs cannot distinguish {self._open_words}."
                 f"{self._new_ground}"
             )
+        if self.change is not None:
+            return _change_words(self.change)
         place = f" in the stage {self.where.stage}" if self.where.stage else ""
         if not self.causes:
             nothing = "and no effect of the catalogue reduces it"

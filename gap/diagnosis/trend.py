@@ -5,6 +5,9 @@ its mean size, and what is left may look healthy. So what is left in each run is
 change and with the same change growing along the run; in the references too, where neither is expected. The
 growths in the trials are judged by a t test, with the scatter of all these runs. Only runs that repeat one
 motion are judged: where the motion changes, a simulator's error changes with it.
+
+Where no cause is named, what may wear is asked for all the same: friction that fades may be within the
+scatter between days on the mean, and change in each run as it does in none of the references.
 """
 
 from collections.abc import Sequence
@@ -13,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
-from gap.constants import UNSTEADY_GROWTH, UNSTEADY_LEVEL
+from gap.constants import CHANGE_LEVEL, UNSTEADY_GROWTH, UNSTEADY_LEVEL
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
+from gap.search.candidates import STEP, Candidate, stepped
 from gap.search.fit import Fitted
 from gap.search.scatter import scatter
 from model.values.arrays import FloatArray
@@ -23,6 +27,10 @@ from model.values.arrays import FloatArray
 FEWEST_CYCLES = 2.5  # of a run, from which its slope is told
 FEWEST_RUNS = 2
 SEEN = 1e-4  # how unlike a cause and the growing one must be
+FAINT = 1e-2  # nats that a growth of a cause's own size must have to be seen
+FEWEST_FREE = 3  # degrees of freedom of a change's scatter
+JOINTS_SHARE = 0.2  # of the level, for all effects at single joints together
+LEAST_CHANGE = 0.2  # spreads, to first order; machines that do not wear may change by less
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +53,29 @@ class Trend:
 UNKNOWN = Trend(np.nan, np.nan)
 
 
+@dataclass(frozen=True, slots=True)
+class RunChange:
+    """What changes in the course of the trials' runs, beyond what it does in references.
+
+    Attributes:
+        effect: The effect whose size changes.
+        joints: Where; empty for the whole machine.
+        stage: In which it acts.
+        parameter: Its number.
+        unit: Of that number.
+        change: By how much, from the beginning of a run to its end, to first order.
+        chance: Of so much in a healthy machine, among all effects that may wear.
+    """
+
+    effect: str
+    joints: tuple[str, ...]
+    stage: str
+    parameter: str
+    unit: str
+    change: float
+    chance: float
+
+
 def trends_of(evidence: Evidence, healthy: Evidence | None, fitted: Fitted) -> tuple[Trend, ...]:
     """Return the trend of each fitted cause; ``healthy`` are references, None for too few.
 
@@ -65,12 +96,15 @@ def trends_of(evidence: Evidence, healthy: Evidence | None, fitted: Fitted) -> t
     )
 
 
-def none_with(trends: Sequence[Trend], none: float) -> float:
-    """Return the probability of none of the catalogue, raised if a cause changes during the runs."""
-    kept = 1.0
-    for one in trends:
-        if one.surely(len(trends)):
-            kept = min(kept, 0.5 * one.chance * len(trends) / UNSTEADY_LEVEL)
+def none_with(trends: Sequence[Trend], none: float, p_change: float = 1.0) -> float:
+    """Return the probability of none of the catalogue, raised if something changes during the runs.
+
+    That is a cause, or, by the chance ``p_change``, what may wear.
+    """
+    sure = [one.chance * len(trends) / UNSTEADY_LEVEL for one in trends if one.surely(len(trends))]
+    if p_change < CHANGE_LEVEL:
+        sure.append(p_change / CHANGE_LEVEL)
+    kept = 0.5 * min(sure) if sure else 1.0
     return none + (1.0 - none) * (1.0 - kept)
 
 
@@ -94,6 +128,73 @@ def _trend(
     return Trend(growth, float(2.0 * special.stdtr(free, -abs(growth) / error)))
 
 
+def change_in_runs(
+    trials: Sequence[Evidence], healthy: Evidence, candidates: Sequence[Candidate]
+) -> RunChange | None:
+    """Return what changes most surely in the course of trials that no cause was named for.
+
+    Runs of one gait are compared, by a t test with what gaits have by themselves taken out. There are many
+    joints, so all of them together have a fifth of the level.
+
+    Args:
+        trials: Runs, those that were fitted to and those held out.
+        healthy: References.
+        candidates: Only those that may wear are asked.
+
+    Returns:
+        The one with the smallest chance; None where these runs do not determine it.
+    """
+    groups = (*trials, healthy)
+    if not all(map(_repeats, groups)):
+        return None
+    gaits = [part.gait for one in groups for part in one.parts]
+    trial = np.repeat([1.0, 0.0], [sum(len(one.parts) for one in trials), len(healthy.parts)])
+    asked = [one for one in candidates if one.effect.wears and len(one.neutral) == 1]
+    among = {
+        alone: sum(bool(one.joints) is alone for one in asked) / share
+        for alone, share in ((False, 1.0 - JOINTS_SHARE), (True, JOINTS_SHARE))
+    }
+    changes = []
+    for one in asked:
+        cause = one.cause(stepped(one.effect.parameters, one.neutral, 0, STEP))
+        each = np.concatenate([_each_growth(g, (), (cause,), g.base) for g in groups])
+        by, chance = difference(each, trial, gaits)
+        change = by * (cause.values[0] - one.neutral[0])
+        if abs(change) >= LEAST_CHANGE * one.effect.parameters[0].spread:  # nor NaN
+            changes.append(_change(one, change, min(1.0, chance * among[bool(one.joints)])))
+    return min(changes, key=lambda own: (own.chance, own.effect, own.joints), default=None)
+
+
+def _change(one: Candidate, change: float, chance: float) -> RunChange:
+    effect, (p,) = one.effect, one.effect.parameters
+    return RunChange(effect.name, one.joints, effect.stage, p.name, p.unit, change, chance)
+
+
+def difference(values: FloatArray, trial: FloatArray, gaits: Sequence[str]) -> tuple[float, float]:
+    """Return by how much trials differ from references of their gaits, and the chance of so much.
+
+    Args:
+        values: One a run, (R,); NaN where a run says nothing.
+        trial: 1 for each trial and 0 for each reference, (R,).
+        gaits: Of each run.
+
+    Returns:
+        The difference and, by a t test with one variance for all, its chance; NaN where too few are left.
+    """
+    known = np.isfinite(values)
+    names = sorted({gait for gait, one in zip(gaits, known, strict=True) if one})
+    own = [[float(gait == name) for name in names] for gait in gaits]
+    columns = np.column_stack([trial, own])[known]
+    free = int(known.sum()) - columns.shape[1]
+    if free < FEWEST_FREE or np.linalg.matrix_rank(columns) < columns.shape[1]:
+        return np.nan, np.nan
+    inverse = np.linalg.inv(columns.T @ columns)
+    fitted = inverse @ columns.T @ values[known]
+    left = values[known] - columns @ fitted
+    error = np.sqrt(max(float(left @ left) / free * inverse[0, 0], 1e-24))
+    return float(fitted[0]), float(2.0 * special.stdtr(free, -abs(fitted[0]) / error))
+
+
 def growths(
     evidence: Evidence,
     without: tuple[Cause, ...],
@@ -108,6 +209,17 @@ def growths(
         including: Those and these.
         residual: What is left, whitened, (F, C).
     """
+    each = _each_growth(evidence, without, including, residual)
+    return each[np.isfinite(each)]
+
+
+def _each_growth(
+    evidence: Evidence,
+    without: tuple[Cause, ...],
+    including: tuple[Cause, ...],
+    residual: FloatArray,
+) -> FloatArray:
+    """Return the growth over each run, (R,), as ``growths`` does; NaN for blind runs."""
     weights = evidence.weights(residual)
     before, after = evidence.predictions([without, including])
     out, first = [], 0
@@ -119,6 +231,7 @@ def growths(
         shapes = [whitener.whiten_change(b - a), whitener.whiten_change(place[:, None] * (b - a))]
         gram = np.array([[np.sum(weights[rows] * x * y) for x in shapes] for y in shapes])
         pull = np.array([np.sum(weights[rows] * x * residual[rows]) for x in shapes])
-        if np.linalg.det(gram) > SEEN * gram[0, 0] ** 2 > 0.0:
-            out.append(float(np.linalg.solve(gram, pull)[1]))
+        apart = np.linalg.det(gram)
+        seen = apart > SEEN * gram[0, 0] ** 2 and apart > FAINT * gram[0, 0]
+        out.append(float(np.linalg.solve(gram, pull)[1]) if seen else np.nan)
     return np.array(out)

@@ -24,11 +24,11 @@ LITTLE = 0.25  # share of the gap on held-out runs that is little for causes tha
 
 
 def gap_exists(evidence: Evidence, detection: Detection | None, selection: Selection) -> bool:
-    """Whether there is a gap: a cause that is new, or energies that no healthy machine shows."""
+    """Whether there is a gap: a cause that is new, or what no healthy machine shows without any cause."""
     if selection.steps:
         return True
     if detection is not None:
-        return detection.by_energy
+        return detection.by_energy or detection.by_change
     excess, count = evidence.excess(evidence.base), evidence.count.sum(axis=0)
     limit = np.fmax(CLEAR_EXCESS, 1.0 + 5.0 * np.sqrt(2.0 / np.fmax(count, 1.0)))
     return bool(np.any(excess > limit))
@@ -184,7 +184,8 @@ def warnings_of(
             f"on held-out runs the named causes explain {most:.0f} % of the gap at the most: what is new "
             "may only be like them, or not alone; look at what remains"
         )
-    if detection is not None and detection.below and not named and not detection.by_energy:
+    by_cause = detection is not None and not detection.by_energy and not detection.by_change
+    if detection is not None and detection.below and by_cause and not named:
         yield (
             "a cause fitted to these runs is larger than in the references, but held-out runs are "
             "predicted worse with it: no gap is reported; record more runs if you suspect one"

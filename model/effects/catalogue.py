@@ -23,6 +23,10 @@ MOVED_BY_FORCES = frozenset({
     "force_lowpass",
 })  # fmt: skip
 CHANGES_WITH_TIME = frozenset({"force_drift", "clock_skew"})
+MAY_WEAR = frozenset({
+    "servo_lag", "servo_compliance", "joint_friction", "shaft_zero_offset", "leg_length", "leg_stiffness",
+    "ground_stiffness", "friction_level", "foot_friction",
+})  # fmt: skip
 NO_LIMIT_RAD_S = 10.0  # twice what the servos can do: no limit
 ALL, LEG, BOTH = (Scope.ALL,), (Scope.JOINT,), (Scope.ALL, Scope.JOINT)
 
@@ -86,6 +90,7 @@ def _effect(
     return ChainEffect(
         name, stage, parameters, scopes, physics, remedy, combine,
         by_forces=by_forces, form_of=form_of, in_time=name in CHANGES_WITH_TIME,
+        wears=name in MAY_WEAR,
     )  # fmt: skip
 
 

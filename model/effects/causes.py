@@ -70,6 +70,7 @@ class Effect:
         by_forces: Whether it acts through forces (of contact, friction, springs) or is read from them,
             which a model has only approximately; else through what is measured or drawn.
         in_time: Whether it changes with time by its nature, so that a size that changes says nothing.
+        wears: Whether its size may change while a machine runs: wear, heat, dust, a battery.
         each: Joints that have numbers of their own in an effect of all of them at once
             (``at_every_joint``), in the order of its parameters; empty for any other.
         form_of: Name of the effect that this is another form of: one cause by another path, tried with it
@@ -94,6 +95,7 @@ class Effect:
     tells: str = field(default="", kw_only=True)
     by_forces: bool = field(default=False, kw_only=True)
     in_time: bool = field(default=False, kw_only=True)
+    wears: bool = field(default=False, kw_only=True)
     each: tuple[str, ...] = field(default=(), kw_only=True)
     form_of: str = field(default="", kw_only=True)
     even: bool = field(default=False, kw_only=True)

@@ -131,7 +131,7 @@ def test_a_cause_that_held_out_runs_speak_against_is_no_gap_and_said() -> None:
     d = diagnose(trials, Toy(), known)
     assert d.verdict is Verdict.NO_GAP
     study = make_study(trials, Toy(), known)
-    shown = Detection(True, 0.02, 0.01, 0.6, 0.14, 6)
+    shown = Detection(True, 0.02, 0.01, 0.6, 1.0, 0.14, 6)
     (said,) = set(warnings_of(study, 50, (), d.far, shown)) - set(
         warnings_of(study, 50, (), d.far, d.detection)
     )

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis, Verdict
-from gap.diagnosis.trend import Trend, none_with
+from gap.diagnosis.trend import Trend, difference, none_with
 from gap.interfaces import Cause
 from model.effects.catalogue import CATALOGUE
-from tests.gap.toy import EFFECTS, Toy, toy_case, toy_references, toy_trial
+from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_case, toy_references, toy_trial
 from tests.soaked import THOROUGH
 
 STIFFNESS = Cause("stiffness", ("c",), (0.8,))
@@ -82,7 +83,85 @@ def test_an_effect_that_grows_by_nature_has_no_trend() -> None:
     assert any(c.effect == "stiffness" for c in d.causes)
 
 
+WEARING = tuple(replace(e, wears=e.name in {"tether", "stiffness"}) for e in EFFECTS)
+
+
+@pytest.mark.parametrize(
+    ("mean", "growing", "change"),
+    [
+        (Cause("tether", (), (0.02,)), 20.0, 0.4),
+        (Cause("tether", (), (-0.01,)), 20.0, -0.2),
+        (Cause("stiffness", ("c",), (0.99,)), 20.0, -0.2),
+    ],
+)
+def test_what_wears_is_a_gap_though_its_mean_is_nothing_new(
+    mean: Cause, growing: float, change: float
+) -> None:
+    """On the mean it changes a twentieth of what it does in the course of a run."""
+    d = diagnose(toy_case([mean], 3, growing=growing), Toy(WEARING), toy_references(3))
+    assert d.verdict is Verdict.UNEXPLAINED, d.sentence
+    assert d.causes == ()
+    assert d.change is not None
+    assert (d.change.effect, d.change.joints) == (mean.effect, mean.joints)
+    assert d.change.change == pytest.approx(change, rel=0.1)
+    assert d.detection is not None
+    assert d.detection.p_change == d.change.chance < 0.001
+    assert d.stage == d.change.stage
+    assert d.none > 0.9
+    assert "in the course of a run" in d.sentence
+    assert mean.effect in d.sentence
+    said = diagnosis_json(d)
+    assert said["change"] is d.change
+    assert said["detection"].p_change == d.change.chance
+
+
+def test_what_does_not_wear_is_not_asked() -> None:
+    case = toy_case([Cause("tether", (), (0.01,))], 3, growing=20.0)
+    d = diagnose(case, Toy(), toy_references(3))
+    assert d.verdict is Verdict.NO_GAP, d.sentence
+    assert d.change is None
+
+
+def test_what_references_do_as_well_is_no_change() -> None:
+    mean = [Cause("tether", (), (0.01,))]
+    case = toy_case(mean, 3, growing=20.0)
+    known = [
+        toy_trial(mean, hz, gait, seed=3500 + i, growing=20.0)
+        for i, (hz, gait) in enumerate((*CONDITIONS, *CONDITIONS[:2]))
+    ]
+    d = diagnose(case, Toy(WEARING), known)
+    assert d.verdict is Verdict.NO_GAP, d.sentence
+
+
+@pytest.mark.parametrize("seed", [4, pytest.param(5, marks=pytest.mark.soak)])
+def test_a_healthy_machine_does_not_wear(seed: int) -> None:
+    d = diagnose(toy_case((), seed), Toy(WEARING), toy_references(seed))
+    assert d.verdict is Verdict.NO_GAP, d.sentence
+    assert d.change is None
+
+
+def test_runs_of_a_gait_are_compared_with_each_other() -> None:
+    """What a gait has by itself is no difference between trials and references."""
+    gaits, trial = ["a", "b"] * 4, np.repeat([1.0, 0.0], 4)
+    noise = np.random.default_rng(1).standard_normal(8)
+    own = np.where(np.array(gaits) == "b", 50.0, 0.0)
+    alone, chance = difference(noise + own, trial, gaits)
+    assert (alone, chance) == pytest.approx(difference(noise, trial, gaits))
+    there, small = difference(noise + own + 9.0 * trial, trial, gaits)
+    assert there == pytest.approx(alone + 9.0)
+    assert small < 0.001 < chance
+
+
+def test_gaits_that_no_reference_has_say_nothing() -> None:
+    trial = np.repeat([1.0, 0.0], 4)
+    assert np.isnan(difference(np.arange(8.0), trial, ["a"] * 4 + ["b"] * 4)).all()
+    blind = np.array([1.0, np.nan, np.nan, np.nan, 2.0, 3.0, np.nan, np.nan])
+    assert np.isnan(difference(blind, trial, ["a"] * 8)).all(), "too few that saw it"
+
+
 def test_how_sure_it_is_decides_how_much_is_left_for_the_catalogue() -> None:
+    assert none_with([], 0.02, 0.01) == 0.02
+    assert none_with([], 0.02, 0.001) == pytest.approx(1 - 0.98 * 0.05)
     assert none_with([Trend(1.0, 0.01)], 0.02) == pytest.approx(1 - 0.98 / 2)
     assert none_with([Trend(1.0, 0.01), Trend(0.0, 0.9)], 0.02) == 0.02, "one of two by chance"
     assert none_with([Trend(0.4, 1e-6)], 0.02) == 0.02, "sure, but too small to matter"

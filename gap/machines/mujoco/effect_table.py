@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from gap.machines.mujoco.drive import CURRENT, FIRMWARE, POSITION, TORQUE
 from gap.machines.servo_bench.catalogue import CATALOGUE as BENCH
+from gap.machines.servo_bench.catalogue import MAY_WEAR
 from model.effects.causes import Effect, Parameter, Scope
 
 CONTROLLER, MOTOR, TRANSMISSION, LOAD, SENSING = STAGES = (
@@ -78,8 +79,9 @@ def _row(
     physics, remedy = words or WORDS[name]
     by_forces = stage == TRANSMISSION
     effect = MjcfEffect(
-        name, stage, parameters, scopes, physics, remedy, JOINT, places, by_forces=by_forces
-    )
+        name, stage, parameters, scopes, physics, remedy, JOINT, places,
+        by_forces=by_forces, wears=name in MAY_WEAR,
+    )  # fmt: skip
     return JointRow(effect, sizes, kinds, needs, each)
 
 

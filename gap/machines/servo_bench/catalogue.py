@@ -12,6 +12,10 @@ from gap.machines.servo_bench.kernel import ServoNumbers
 STAGES = ("controller", "motor", "transmission", "load", "sensing")
 JOINT = (Scope.JOINT,)
 ANY, IDEAL, MOTOR = "any", "ideal", "motor"
+MAY_WEAR = frozenset({
+    "controller_gain", "supply_voltage", "winding_resistance", "viscous_friction", "coulomb_friction",
+    "load_friction",
+})  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +58,9 @@ def _entry(
 ) -> BenchEffect:
     by_forces = stage == "transmission"
     return BenchEffect(
-        name, stage, parameters, JOINT, *words, servos, needs, places, by_forces=by_forces
-    )
+        name, stage, parameters, JOINT, *words, servos, needs, places,
+        by_forces=by_forces, wears=name in MAY_WEAR,
+    )  # fmt: skip
 
 
 CATALOGUE = (
