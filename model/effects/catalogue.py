@@ -27,6 +27,10 @@ MAY_WEAR = frozenset({
     "servo_lag", "servo_compliance", "joint_friction", "shaft_zero_offset", "leg_length", "leg_stiffness",
     "ground_stiffness", "friction_level", "foot_friction",
 })  # fmt: skip
+# How a servo gives, rubs and plays depends on its loop and gears.
+OF_MANY_FORMS = frozenset({
+    "servo_compliance", "servo_compliance_beyond_encoder", "gear_backlash", "joint_friction",
+})  # fmt: skip
 NO_LIMIT_RAD_S = 10.0  # twice what the servos can do: no limit
 ALL, LEG, BOTH = (Scope.ALL,), (Scope.JOINT,), (Scope.ALL, Scope.JOINT)
 
@@ -90,7 +94,7 @@ def _effect(
     return ChainEffect(
         name, stage, parameters, scopes, physics, remedy, combine,
         by_forces=by_forces, form_of=form_of, in_time=name in CHANGES_WITH_TIME,
-        wears=name in MAY_WEAR,
+        wears=name in MAY_WEAR, rough=name in OF_MANY_FORMS,
     )  # fmt: skip
 
 
@@ -131,7 +135,7 @@ CATALOGUE = (
         form_of="servo_compliance"),
     replace(_effect("actuation", "gear_backlash", LEG, _numbers("width_rad", "rad", 0.0, 0.5, 0.02),
         "The shaft lies against one or the other flank of the play, whichever way its load pushes.",
-        "Replace the gears or the horn of this servo."), curved=True, rough=True),
+        "Replace the gears or the horn of this servo."), curved=True),
     _effect("actuation", "joint_friction", BOTH, _numbers("behind_rad", "rad", 0.0, 0.3, 0.02),
         "Dry friction at the joint: the shaft follows its set point only once it is this far behind.",
         "Look for a tight bearing or a rubbing link; raise the position gain or add integral action."),

@@ -4,11 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
+from gap.constants import CHANGE_LEVEL
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis, Verdict
-from gap.diagnosis.trend import Trend, difference, none_with
+from gap.diagnosis.gap_evidence import compare
+from gap.diagnosis.study import make_study
+from gap.diagnosis.trend import Trend, change_in_runs, difference, none_with
 from gap.interfaces import Cause
 from model.effects.catalogue import CATALOGUE
 from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_case, toy_references, toy_trial
@@ -138,6 +142,21 @@ def test_a_healthy_machine_does_not_wear(seed: int) -> None:
     d = diagnose(toy_case((), seed), Toy(WEARING), toy_references(seed))
     assert d.verdict is Verdict.NO_GAP, d.sentence
     assert d.change is None
+
+
+@THOROUGH
+def test_healthy_machines_wear_no_more_often_than_the_level_says() -> None:
+    """Joints differ from run to run by five percent; every effect may wear."""
+    wearing = Toy(tuple(replace(e, wears=True) for e in EFFECTS))
+    alarms = 0
+    for seed in range(100):
+        trials, known = toy_case((), seed, wander=0.05), toy_references(seed, wander=0.05)
+        comparison = compare(make_study(trials, wearing, known), lambda _: None)
+        assert comparison.healthy is not None
+        groups = (comparison.evidence, comparison.study.held_evidence(comparison.study.local))
+        change = change_in_runs(groups, comparison.healthy, comparison.candidates)
+        alarms += change is not None and change.chance < CHANGE_LEVEL
+    assert alarms <= stats.binom.ppf(0.975, 100, float(CHANGE_LEVEL))
 
 
 def test_runs_of_a_gait_are_compared_with_each_other() -> None:
