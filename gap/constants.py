@@ -278,7 +278,7 @@ FORM_DIFFERS = Constant(
 )
 ROUGH_DIFFERS = Constant(
     0.7,
-    "the same of an effect that is rough: a shaft in its play bounces between its flanks",
+    "the same of an effect that is rough: a shaft in its play bounces, friction differs with every gear",
     "on the 19 realities (seeds 1127 and 5151, labels open)",
 )
 SURELY_ODD = Constant(0.01, "p-value of the residual below which it counts in full", THEORY)
