@@ -43,6 +43,7 @@ def _as_json(effect: Effect) -> dict[str, object]:
         "parameters": effect.parameters,
         "physics": effect.physics,
         "remedy": effect.remedy,
+        "wears": effect.wears,
     }
 
 
@@ -54,7 +55,8 @@ def _lines(effects: Sequence[Effect]) -> list[str]:
         for effect in here:
             scopes = ("whole robot" if s is Scope.ALL else "single legs" for s in effect.scopes)
             form = f"; a form of {effect.form_of}" if effect.form_of else ""
-            lines.append(f"  {effect.name}  ({', '.join(scopes)}{form})")
+            wears = "; may wear" if effect.wears else ""
+            lines.append(f"  {effect.name}  ({', '.join(scopes)}{form}{wears})")
             lines += [f"      {_words(parameter)}" for parameter in effect.parameters]
             for text in (effect.physics, f"To do: {effect.remedy}"):
                 lines += textwrap.wrap(
