@@ -83,6 +83,12 @@ CHANGE_LEVEL = Constant(
     "below which it is a gap without any cause",
     "none of 51 healthy robots of 21 realities (labels open) had one below 0.05",
 )
+JOINTS_SHARE = Constant(
+    0.2, "share of that level for all effects at single joints together", "a convention"
+)
+LEAST_CHANGE = Constant(
+    0.2, "spreads, to first order, below which such a change does not count", "a convention"
+)
 STEADY_SCATTER = Constant(
     0.2, "scatter of the logarithm of a vibration's power where nothing vibrates more",
     "on the 19 realities (seeds 3109 and 3221, labels open): 259 cases without stiction",

@@ -2,7 +2,7 @@
 
 Three tests: the best candidate's size (``gap.search.healthy_search``); the energies of the trials against
 those of references, whatever the candidates; where no cause is new, what changes in the course of the runs
-(``gap.diagnosis.trend``). Each reference held out shows what their chances are worth
+(``gap.diagnosis.trend``). Each reference held out shows what the chances of the first two are worth
 (``gap.residuals.chances``). Candidates have most of the level, because healthy machines hardly ever
 reach that of energies.
 """
@@ -30,12 +30,12 @@ class Detection:
     """Whether there is a gap.
 
     Attributes:
-        below: Whether either chance is below its level.
+        below: Whether one of the chances is below its level.
         p: Chance of so much without one, in units of the level: there is a gap below ``FALSE_ALARMS``; NaN
             without references.
         p_cause: The same by the best candidate alone, among all that were tried.
         p_energy: By energies alone: the mean over channels, or the worst channel.
-        p_change: By what changes in the course of a run; 1 where nothing was asked for or is large enough.
+        p_change: By what changes in the course of a run; 1 if not tested, or if no change is large enough.
         promised: False alarms that these references can promise at most, as a share of healthy cases.
         references: How many there are.
     """

@@ -186,9 +186,13 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
 
 
 def _change(comparison: GapEvidence) -> RunChange | None:
-    """What changes in the course of trials without causes, where references were commanded like them."""
+    """What changes in the course of trials without causes, where references were commanded like them.
+
+    Trials that were cut to have something to judge by are no whole runs.
+    """
     study, healthy = comparison.study, comparison.healthy
-    if healthy is None or new_commands((*study.fitted, *study.held), study.references):
+    cut = {part.trial for part in study.fitted} & {part.trial for part in study.held}
+    if healthy is None or cut or new_commands((*study.fitted, *study.held), study.references):
         return None
     trials = (comparison.evidence, study.held_evidence(study.local))
     return change_in_runs(trials, healthy, comparison.candidates)

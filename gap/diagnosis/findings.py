@@ -141,14 +141,12 @@ def _sizes(values: Sequence[Value]) -> str:
     )
 
 
-def _change_words(one: RunChange) -> str:
-    """What changes in the course of a run, and what to look for."""
-    change, place = f"{one.change:+.2g} {one.unit}".strip(), place_words(one.effect, one.joints)
-    return (
-        f"There is a gap in the stage {one.stage}: in the course of a run {one.parameter} of {place} "
-        f"changes by {change} (to first order), as in no reference and as no effect of the catalogue "
-        "does; look for wear, heat, dust, a battery."
-    )
+def change_words(one: RunChange) -> str:
+    """Say what changes in the course of each run, by how much, and what else it may be."""
+    change = f"{one.parameter} {one.change:+.2g} {one.unit}".strip()
+    others = "".join(f", or {place_words(*other)}" for other in one.alike)
+    place = place_words(one.effect, one.joints)
+    return f"{place}{others} changes while the machine runs ({change} from start to end, about)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,7 +245,10 @@ class Diagnosis:
                 f"{self._new_ground}"
             )
         if self.change is not None:
-            return _change_words(self.change)
+            return (
+                f"There is a gap in the stage {self.change.stage}: {change_words(self.change)}. References "
+                "do not show this. Look for wear, heat, dust, a battery."
+            )
         place = f" in the stage {self.where.stage}" if self.where.stage else ""
         if not self.causes:
             nothing = "and no effect of the catalogue reduces it"
@@ -261,6 +262,13 @@ class Diagnosis:
             f"There is a gap{place} that the catalogue does not explain; {_names(self.causes)} {comes} "
             f"closest and {much} in the fitted runs.{self._new_ground}"
         )
+
+    @property
+    def no_cause_words(self) -> str:
+        """Say, where no cause is named, what there is instead."""
+        if self.change is None:
+            return "no effect of the catalogue reduces it"
+        return f"none by its mean; {change_words(self.change)}"
 
     def _lacks(self, listed: Sequence[NamedCause]) -> str:
         """What the simulator lacks, and how much of the gap is explained with it."""

@@ -96,13 +96,15 @@ def _at_its_joint(
         (gain.signature.candidate, gain.values)
         for gain in ranked
         if gain.signature.candidate.joints == chosen.joints
-        and gain.signature.candidate.effect.name != chosen.effect.name
+        and gain.signature.candidate.family != chosen.family
         and gain.signature.candidate.family not in taken
     ]
     other = _best(comparison, selection, others[:FITTED])
-    if other is None or rank(other.chosen) >= rank(step.chosen):
+    if other is None:
         return step
-    return Step(other.chosen, (step.chosen, *step.rivals))
+    first, second = sorted((step, other), key=lambda one: rank(one.chosen))
+    rivals = {one.added.key: one for one in (*second.rivals, *first.rivals, second.chosen)}
+    return Step(first.chosen, tuple(rivals.values()))
 
 
 def _at_a_place(

@@ -11,15 +11,21 @@ scatter between days on the mean, and change in each run as it does in none of t
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import special
 
-from gap.constants import CHANGE_LEVEL, UNSTEADY_GROWTH, UNSTEADY_LEVEL
+from gap.constants import (
+    CHANGE_LEVEL,
+    JOINTS_SHARE,
+    LEAST_CHANGE,
+    UNSTEADY_GROWTH,
+    UNSTEADY_LEVEL,
+)
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
-from gap.search.candidates import STEP, Candidate, stepped
+from gap.search.candidates import STEP, Candidate, Family, stepped
 from gap.search.fit import Fitted
 from gap.search.scatter import scatter
 from model.values.arrays import FloatArray
@@ -29,8 +35,7 @@ FEWEST_RUNS = 2
 SEEN = 1e-4  # how unlike a cause and the growing one must be
 FAINT = 1e-2  # nats that a growth of a cause's own size must have to be seen
 FEWEST_FREE = 3  # degrees of freedom of a change's scatter
-JOINTS_SHARE = 0.2  # of the level, for all effects at single joints together
-LEAST_CHANGE = 0.2  # spreads, to first order; machines that do not wear may change by less
+NEARLY_AS_SURE = 10.0  # times the chance of the surest
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +70,8 @@ class RunChange:
         unit: Of that number.
         change: By how much, from the beginning of a run to its end, to first order.
         chance: Of so much in a healthy machine, among all effects that may wear.
+        remedy: What to check.
+        alike: Others, with their joints, that change nearly as surely.
     """
 
     effect: str
@@ -74,6 +81,8 @@ class RunChange:
     unit: str
     change: float
     chance: float
+    remedy: str
+    alike: tuple[Family, ...] = ()
 
 
 def trends_of(evidence: Evidence, healthy: Evidence | None, fitted: Fitted) -> tuple[Trend, ...]:
@@ -99,7 +108,7 @@ def trends_of(evidence: Evidence, healthy: Evidence | None, fitted: Fitted) -> t
 def none_with(trends: Sequence[Trend], none: float, p_change: float = 1.0) -> float:
     """Return the probability of none of the catalogue, raised if something changes during the runs.
 
-    That is a cause, or, by the chance ``p_change``, what may wear.
+    ``p_change`` is the chance of what was found to change where no cause is named.
     """
     sure = [one.chance * len(trends) / UNSTEADY_LEVEL for one in trends if one.surely(len(trends))]
     if p_change < CHANGE_LEVEL:
@@ -137,7 +146,7 @@ def change_in_runs(
     joints, so all of them together have a fifth of the level.
 
     Args:
-        trials: Runs, those that were fitted to and those held out.
+        trials: Whole runs, those that were fitted to and those held out.
         healthy: References.
         candidates: Only those that may wear are asked.
 
@@ -145,29 +154,51 @@ def change_in_runs(
         The one with the smallest chance; None where these runs do not determine it.
     """
     groups = (*trials, healthy)
-    if not all(map(_repeats, groups)):
+    asked = [one for one in candidates if one.effect.wears and len(one.neutral) == 1]
+    if not asked or not all(map(_repeats, groups)):
         return None
     gaits = [part.gait for one in groups for part in one.parts]
     trial = np.repeat([1.0, 0.0], [sum(len(one.parts) for one in trials), len(healthy.parts)])
-    asked = [one for one in candidates if one.effect.wears and len(one.neutral) == 1]
-    among = {
-        alone: sum(bool(one.joints) is alone for one in asked) / share
-        for alone, share in ((False, 1.0 - JOINTS_SHARE), (True, JOINTS_SHARE))
-    }
+    causes = [one.cause(stepped(one.effect.parameters, one.neutral, 0, STEP)) for one in asked]
+    grown = np.concatenate([_growth_of_each(one, causes) for one in groups], axis=1)
+    length_s = np.concatenate([_lengths_s(one) for one in groups])
+    grown *= np.median(length_s[trial > 0]) / length_s
     changes = []
-    for one in asked:
-        cause = one.cause(stepped(one.effect.parameters, one.neutral, 0, STEP))
-        each = np.concatenate([_each_growth(g, (), (cause,), g.base) for g in groups])
+    for one, cause, each in zip(asked, causes, grown, strict=True):
         by, chance = difference(each, trial, gaits)
         change = by * (cause.values[0] - one.neutral[0])
         if abs(change) >= LEAST_CHANGE * one.effect.parameters[0].spread:  # nor NaN
-            changes.append(_change(one, change, min(1.0, chance * among[bool(one.joints)])))
-    return min(changes, key=lambda own: (own.chance, own.effect, own.joints), default=None)
+            changes.append(_change(one, change, min(1.0, chance * _tests_for(one, asked))))
+    if not changes:
+        return None
+    changes.sort(key=lambda own: (own.chance, own.effect, own.joints))
+    surest, *others = changes
+    near = [one for one in others if one.chance <= NEARLY_AS_SURE * surest.chance]
+    return replace(surest, alike=tuple((one.effect, one.joints) for one in near))
+
+
+def _tests_for(one: Candidate, asked: Sequence[Candidate]) -> float:
+    """How many tests one counts as: those of its kind (whole machine, joints) over its kind's share."""
+    kind = [bool(other.joints) is bool(one.joints) for other in asked]
+    share = JOINTS_SHARE if one.joints else 1.0 - JOINTS_SHARE
+    return sum(kind) / (1.0 if all(kind) else share)
 
 
 def _change(one: Candidate, change: float, chance: float) -> RunChange:
     effect, (p,) = one.effect, one.effect.parameters
-    return RunChange(effect.name, one.joints, effect.stage, p.name, p.unit, change, chance)
+    return RunChange(
+        effect.name, one.joints, effect.stage, p.name, p.unit, change, chance, effect.remedy
+    )
+
+
+def _growth_of_each(evidence: Evidence, causes: Sequence[Cause]) -> FloatArray:
+    """Return by how much of what each cause does the residual grows over each run, (causes, R)."""
+    before, *after = evidence.predictions([(), *((one,) for one in causes)])
+    return np.array([_grown(evidence, before, one, evidence.base) for one in after])
+
+
+def _lengths_s(evidence: Evidence) -> FloatArray:
+    return np.array([np.ptp(part.observation.time_s) for part in evidence.parts])
 
 
 def difference(values: FloatArray, trial: FloatArray, gaits: Sequence[str]) -> tuple[float, float]:
@@ -209,19 +240,22 @@ def growths(
         including: Those and these.
         residual: What is left, whitened, (F, C).
     """
-    each = _each_growth(evidence, without, including, residual)
+    before, after = evidence.predictions([without, including])
+    each = _grown(evidence, before, after, residual)
     return each[np.isfinite(each)]
 
 
-def _each_growth(
+def _grown(
     evidence: Evidence,
-    without: tuple[Cause, ...],
-    including: tuple[Cause, ...],
+    before: Sequence[FloatArray],
+    after: Sequence[FloatArray],
     residual: FloatArray,
 ) -> FloatArray:
-    """Return the growth over each run, (R,), as ``growths`` does; NaN for blind runs."""
+    """Return the growth over each run, (R,), as ``growths`` does; NaN for blind runs.
+
+    Before and after are predictions of each run without and with what may grow.
+    """
     weights = evidence.weights(residual)
-    before, after = evidence.predictions([without, including])
     out, first = [], 0
     for part, whitener, a, b in zip(evidence.parts, evidence.whiteners, before, after, strict=True):
         rows = slice(first, first + part.frames)

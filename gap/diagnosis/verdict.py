@@ -184,8 +184,8 @@ def warnings_of(
             f"on held-out runs the named causes explain {most:.0f} % of the gap at the most: what is new "
             "may only be like them, or not alone; look at what remains"
         )
-    by_cause = detection is not None and not detection.by_energy and not detection.by_change
-    if detection is not None and detection.below and by_cause and not named:
+    only_by_cause = detection is not None and not detection.by_energy and not detection.by_change
+    if detection is not None and detection.below and only_by_cause and not named:
         yield (
             "a cause fitted to these runs is larger than in the references, but held-out runs are "
             "predicted worse with it: no gap is reported; record more runs if you suspect one"

@@ -76,6 +76,8 @@ def _to_do(d: Diagnosis, json: Path | None) -> list[str]:
     for one in d.acted_on:
         about = "" if len(d.causes) == 1 else f" about {place_words(one.effect, one.joints)}"
         lines.append(f"what to do{about}: {one.remedy}")
+    if d.change is not None:
+        lines.append(f"what to do: {d.change.remedy}")
     if d.verdict is Verdict.UNEXPLAINED and not lines:
         lines.append(LOOK_THERE)
     if d.verdict is Verdict.AMBIGUOUS:
@@ -160,7 +162,7 @@ def _joints(d: Diagnosis) -> list[str]:
 
 def _causes(d: Diagnosis) -> list[str]:
     if not d.causes:
-        return ["which: no effect of the catalogue reduces it"]
+        return [f"which: {d.no_cause_words}"]
     lines = ["which:"]
     for number, one in enumerate(d.causes, 1):
         head, rows = joint_sizes(one)

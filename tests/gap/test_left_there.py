@@ -13,6 +13,7 @@ from gap.diagnosis.how_far import ChannelShrink, HowFar
 from gap.diagnosis.probability import Fit, left_of, none_of_them
 from gap.interfaces import Cause, Channel
 from gap.residuals.left_there import MOST_LEFT, HeldOutEnergies, left_at_joint
+from model.effects.catalogue import CATALOGUE
 from tests.gap.toy import EFFECTS, Toy, toy_case, toy_references
 
 JOINTS = ("a", "b", "c", "d")
@@ -108,3 +109,9 @@ def test_stages_are_unwatched_if_none_of_their_channels_was_measured() -> None:
 
 def test_a_healthy_machine_leaves_nothing_at_a_joint_of_causes() -> None:
     assert diagnose(toy_case([], 3), Toy(), toy_references(5)).fit.left_there == 0.0
+
+
+def test_what_depends_on_loop_and_gears_has_many_forms() -> None:
+    rough = {effect.name for effect in CATALOGUE if effect.rough}
+    compliance = {"servo_compliance", "servo_compliance_beyond_encoder"}
+    assert rough == {"gear_backlash", "joint_friction", *compliance}

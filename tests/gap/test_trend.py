@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from gap.constants import CHANGE_LEVEL
+from gap.constants import CHANGE_LEVEL, JOINTS_SHARE
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.diagnosis.gap_evidence import compare
 from gap.diagnosis.study import make_study
-from gap.diagnosis.trend import Trend, change_in_runs, difference, none_with
-from gap.interfaces import Cause
+from gap.diagnosis.trend import RunChange, Trend, change_in_runs, difference, none_with
+from gap.interfaces import Cause, Effect
 from model.effects.catalogue import CATALOGUE
-from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_case, toy_references, toy_trial
+from record.trial.trial import Trial
+from tests.gap.toy import CONDITIONS, EFFECTS, SPEED_GAIN, Toy, toy_case, toy_references, toy_trial
 from tests.soaked import THOROUGH
 
 STIFFNESS = Cause("stiffness", ("c",), (0.8,))
@@ -112,7 +113,7 @@ def test_what_wears_is_a_gap_though_its_mean_is_nothing_new(
     assert d.detection.p_change == d.change.chance < 0.001
     assert d.stage == d.change.stage
     assert d.none > 0.9
-    assert "in the course of a run" in d.sentence
+    assert "changes while the machine runs" in d.sentence
     assert mean.effect in d.sentence
     said = diagnosis_json(d)
     assert said["change"] is d.change
@@ -135,6 +136,71 @@ def test_what_references_do_as_well_is_no_change() -> None:
     ]
     d = diagnose(case, Toy(WEARING), known)
     assert d.verdict is Verdict.NO_GAP, d.sentence
+    assert d.change is None
+
+
+def asked(
+    trials: list[Trial], known: list[Trial], catalogue: tuple[Effect, ...]
+) -> RunChange | None:
+    comparison = compare(make_study(trials, Toy(catalogue), known), lambda _: None)
+    assert comparison.healthy is not None
+    groups = (comparison.evidence, comparison.study.held_evidence(comparison.study.local))
+    return change_in_runs(groups, comparison.healthy, comparison.candidates)
+
+
+def test_longer_references_that_change_as_fast_show_the_same_change() -> None:
+    """Growth is over one run's length: half as long a trial changes by half as much."""
+    mean = [Cause("tether", (), (0.01,))]
+    case = toy_case(mean, 3, growing=20.0, seconds=8.0)
+    known = [
+        toy_trial(mean, hz, gait, seed=3500 + i, growing=40.0, seconds=16.0)
+        for i, (hz, gait) in enumerate((*CONDITIONS, *CONDITIONS[:2]))
+    ]
+    as_fast = asked(case, known, WEARING)
+    assert as_fast is None or as_fast.chance > CHANGE_LEVEL
+    steady = asked(case, toy_references(3, seconds=16.0), WEARING)
+    assert steady is not None
+    assert steady.chance < CHANGE_LEVEL
+    assert steady.change == pytest.approx(0.2, rel=0.15)
+
+
+def test_a_machine_of_joints_alone_has_the_whole_level_for_them() -> None:
+    worn = toy_case([Cause("stiffness", ("c",), (0.99,))], 3, growing=20.0)
+    only = tuple(replace(e, wears=e.name == "stiffness") for e in EFFECTS)
+    alone, both = (asked(worn, toy_references(3), one) for one in (only, WEARING))
+    assert alone is not None
+    assert both is not None
+    assert both.chance == pytest.approx(alone.chance / float(JOINTS_SHARE))
+
+
+def test_small_changes_and_short_runs_are_none() -> None:
+    slight = toy_case(
+        [Cause("tether", (), (0.0005,))], 3, growing=20.0
+    )  # 0.01, a tenth of a spread
+    change = asked(slight, toy_references(3), WEARING)
+    assert change is None or change.effect != "tether"
+    worn = [Cause("tether", (), (0.02,))]
+    short = [toy_trial(worn, seconds=4.0, seed=k, growing=20.0) for k in range(4)]
+    known = [toy_trial((), seconds=4.0, seed=10 + k) for k in range(6)]
+    assert asked(short, known, WEARING) is None
+
+
+def test_trials_that_are_cut_to_judge_by_are_not_asked() -> None:
+    """One run a gait: its last third is held out, and no part is a whole run."""
+    worn = [
+        toy_trial([Cause("tether", (), (0.02,))], 0.5, gait, seed=i, growing=20.0, seconds=32.0)
+        for i, gait in enumerate(("walk", "trot"))
+    ]
+    assert diagnose(worn, Toy(WEARING), toy_references(3)).change is None
+
+
+def test_what_changes_nearly_as_surely_is_told_with_it() -> None:
+    """A pull at the body and a gain of the speed's sensor change the speed alike."""
+    catalogue = (*WEARING, replace(SPEED_GAIN, wears=True))
+    worn = toy_case([Cause("tether", (), (0.02,))], 3, growing=20.0)
+    change = asked(worn, toy_references(3), catalogue)
+    assert change is not None
+    assert {change.effect, *(effect for effect, _ in change.alike)} == {"tether", "speed_gain"}
 
 
 @pytest.mark.parametrize("seed", [4, pytest.param(5, marks=pytest.mark.soak)])
@@ -147,14 +213,11 @@ def test_a_healthy_machine_does_not_wear(seed: int) -> None:
 @THOROUGH
 def test_healthy_machines_wear_no_more_often_than_the_level_says() -> None:
     """Joints differ from run to run by five percent; every effect may wear."""
-    wearing = Toy(tuple(replace(e, wears=True) for e in EFFECTS))
+    wearing = tuple(replace(e, wears=True) for e in EFFECTS)
     alarms = 0
     for seed in range(100):
         trials, known = toy_case((), seed, wander=0.05), toy_references(seed, wander=0.05)
-        comparison = compare(make_study(trials, wearing, known), lambda _: None)
-        assert comparison.healthy is not None
-        groups = (comparison.evidence, comparison.study.held_evidence(comparison.study.local))
-        change = change_in_runs(groups, comparison.healthy, comparison.candidates)
+        change = asked(trials, known, wearing)
         alarms += change is not None and change.chance < CHANGE_LEVEL
     assert alarms <= stats.binom.ppf(0.975, 100, float(CHANGE_LEVEL))
 

@@ -15,6 +15,7 @@ from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis, TrialFaults, Verdict
 from gap.diagnosis.joint_ranking import JointGap
 from gap.diagnosis.probability import RivalCause
+from gap.diagnosis.trend import RunChange
 from gap.diagnosis.verdict import verdict_of
 from gap.experiments.next_run import NextRun
 from gap.interfaces import DataFault
@@ -45,6 +46,26 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
 @pytest.fixture(scope="module")
 def nothing(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
     return bench_diagnosis(tmp_path_factory.mktemp("healthy"), 0.0)
+
+
+CHANGE = RunChange(
+    "friction_level", (), "friction", "ratio", "", -0.1, 0.002, "Clean the feet.",
+    (("foot_friction", ("FL",)),),
+)  # fmt: skip
+
+
+def test_what_changes_while_the_machine_runs_is_said_with_what_to_do(nothing: Diagnosis) -> None:
+    d = replace(nothing, verdict=Verdict.UNEXPLAINED, stage="friction", change=CHANGE, causes=())
+    said = " ".join(" ".join(summary_lines(d, FILES)).split())
+    changes = "friction_level, or foot_friction at FL changes while the machine runs"
+    assert f"There is a gap in the stage friction: {changes}" in said
+    assert f"which: none by its mean; {changes}" in said
+    assert "what to do: Clean the feet." in said
+    assert "reduces it" not in said
+    assert LOOK_THERE not in said
+    page = without_scripts(diagnosis_page(d, *SUBJECT))
+    assert f"None by its mean; {changes}" in page
+    assert "reduces it" not in page
 
 
 @pytest.fixture(scope="module")
