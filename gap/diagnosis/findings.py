@@ -143,10 +143,10 @@ def _sizes(values: Sequence[Value]) -> str:
 
 def change_words(one: RunChange) -> str:
     """Say what changes in the course of each run, by how much, and what else it may be."""
-    change = f"{one.parameter} {one.change:+.2g} {one.unit}".strip()
+    change = f"{one.parameter} by about {one.change:+.2g} {one.unit}".strip()
     others = "".join(f", or {place_words(*other)}" for other in one.alike)
     place = place_words(one.effect, one.joints)
-    return f"{place}{others} changes while the machine runs ({change} from start to end, about)"
+    return f"{place}{others} changes while the machine runs ({change} from start to end)"
 
 
 @dataclass(frozen=True, slots=True)

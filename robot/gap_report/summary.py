@@ -77,7 +77,7 @@ def _to_do(d: Diagnosis, json: Path | None) -> list[str]:
         about = "" if len(d.causes) == 1 else f" about {place_words(one.effect, one.joints)}"
         lines.append(f"what to do{about}: {one.remedy}")
     if d.change is not None:
-        lines.append(f"what to do: {d.change.remedy}")
+        lines.append(f"what to do, before and after a run: {d.change.remedy}")
     if d.verdict is Verdict.UNEXPLAINED and not lines:
         lines.append(LOOK_THERE)
     if d.verdict is Verdict.AMBIGUOUS:
