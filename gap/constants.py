@@ -85,10 +85,10 @@ CHANGE_LEVEL = Constant(
     "none of 51 healthy robots of 21 realities (labels open) had one below 0.05",
 )
 JOINTS_SHARE = Constant(
-    0.2, "share of that level for all effects at single joints together", "a convention"
+    0.2, "share of that level for all effects at single joints together", THEORY
 )
 LEAST_CHANGE = Constant(
-    0.2, "spreads, to first order, below which such a change does not count", "a convention"
+    0.2, "spreads, to first order, below which such a change does not count", THEORY
 )
 STEADY_SCATTER = Constant(
     0.2, "scatter of the logarithm of a vibration's power where nothing vibrates more",

@@ -8,7 +8,7 @@ the one in a leg only where this is unlike the others. Each must help to predict
 fed with what was measured.
 """
 
-from collections.abc import Sequence, Set
+from collections.abc import Callable, Sequence, Set
 from dataclasses import replace
 
 from gap.constants import FALSE_ALARMS, LAW_GAIN, LEAST_SIZE, REST_SHARE
@@ -89,17 +89,10 @@ def _at_its_joint(
 
     Only what is linear can be compared over joints; play, for one, cannot. But it may fit better there.
     """
-    chosen, standing = step.chosen.added, selection.fitted
-    taken = families_of(standing.causes, comparison.evidence.effects)
-    ranked = gains(signatures, standing.residual, comparison.evidence.weights(standing.residual))
-    others = [
-        (gain.signature.candidate, gain.values)
-        for gain in ranked
-        if gain.signature.candidate.joints == chosen.joints
-        and gain.signature.candidate.family != chosen.family
-        and gain.signature.candidate.family not in taken
-    ]
-    other = _best(comparison, selection, others[:FITTED])
+    joints, family = step.chosen.added.joints, step.chosen.added.family
+    other = _best_of(
+        comparison, selection, signatures, lambda one: one.joints == joints and one.family != family
+    )
     if other is None:
         return step
     first, second = sorted((step, other), key=lambda one: rank(one.chosen))
@@ -111,15 +104,10 @@ def _at_a_place(
     comparison: GapEvidence, selection: Selection, signatures: Signatures
 ) -> Step | None:
     """Return the cause at a place of the world, which only what came there has met."""
-    residual = selection.fitted.residual
-    taken = families_of(selection.fitted.causes, comparison.evidence.effects)
-    placed = [
-        (gain.signature.candidate, gain.values)
-        for gain in gains(signatures, residual, comparison.evidence.weights(residual))
-        if any(p.located for p in gain.signature.candidate.effect.parameters)
-        and gain.signature.candidate.family not in taken
-    ]
-    step = _best(comparison, selection, placed[:FITTED])
+    step = _best_of(
+        comparison, selection, signatures,
+        lambda one: any(p.located for p in one.effect.parameters),
+    )  # fmt: skip
     return step if step is not None and _only_there(comparison.evidence, step.chosen) else None
 
 
@@ -140,6 +128,26 @@ def _only_there(evidence: Evidence, option: Option) -> bool:
         for one in evidence.residuals([option.fitted.causes, *moved])
     )
     return min(elsewhere) - there >= 0.5 * option.over.nats
+
+
+def _best_of(
+    comparison: GapEvidence,
+    selection: Selection,
+    signatures: Signatures,
+    asked: Callable[[Candidate], bool],
+) -> Step | None:
+    """Return the best of the candidates that are asked for, the others fitted as alternatives.
+
+    Of those that are not named yet, the few that gain most to first order are fitted.
+    """
+    evidence, residual = comparison.evidence, selection.fitted.residual
+    taken = families_of(selection.fitted.causes, evidence.effects)
+    ranked = [
+        (candidate, gain.values)
+        for gain in gains(signatures, residual, evidence.weights(residual))
+        if (candidate := gain.signature.candidate).family not in taken and asked(candidate)
+    ]
+    return _best(comparison, selection, ranked[:FITTED])
 
 
 def _best(

@@ -194,7 +194,8 @@ def _change(one: Candidate, change: float, chance: float) -> RunChange:
 def _growth_of_each(evidence: Evidence, causes: Sequence[Cause]) -> FloatArray:
     """Return by how much of what each cause does the residual grows over each run, (causes, R)."""
     before, *after = evidence.predictions([(), *((one,) for one in causes)])
-    return np.array([_grown(evidence, before, one, evidence.base) for one in after])
+    weights = evidence.weights(evidence.base)
+    return np.array([_grown(evidence, before, one, evidence.base, weights) for one in after])
 
 
 def _lengths_s(evidence: Evidence) -> FloatArray:
@@ -241,7 +242,7 @@ def growths(
         residual: What is left, whitened, (F, C).
     """
     before, after = evidence.predictions([without, including])
-    each = _grown(evidence, before, after, residual)
+    each = _grown(evidence, before, after, residual, evidence.weights(residual))
     return each[np.isfinite(each)]
 
 
@@ -250,12 +251,13 @@ def _grown(
     before: Sequence[FloatArray],
     after: Sequence[FloatArray],
     residual: FloatArray,
+    weights: FloatArray,
 ) -> FloatArray:
     """Return the growth over each run, (R,), as ``growths`` does; NaN for blind runs.
 
-    Before and after are predictions of each run without and with what may grow.
+    Before and after are predictions of each run without and with what may grow; weights are those of the
+    residual's values, (F, C).
     """
-    weights = evidence.weights(residual)
     out, first = [], 0
     for part, whitener, a, b in zip(evidence.parts, evidence.whiteners, before, after, strict=True):
         rows = slice(first, first + part.frames)

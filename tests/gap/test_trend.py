@@ -174,9 +174,8 @@ def test_a_machine_of_joints_alone_has_the_whole_level_for_them() -> None:
 
 
 def test_small_changes_and_short_runs_are_none() -> None:
-    slight = toy_case(
-        [Cause("tether", (), (0.0005,))], 3, growing=20.0
-    )  # 0.01, a tenth of a spread
+    tenth_of_a_spread = [Cause("tether", (), (0.0005,))]  # 20 times as much in the course of a run
+    slight = toy_case(tenth_of_a_spread, 3, growing=20.0)
     change = asked(slight, toy_references(3), WEARING)
     assert change is None or change.effect != "tether"
     worn = [Cause("tether", (), (0.02,))]

@@ -50,7 +50,8 @@ def _again(answer: CaseAnswer, found: Found) -> CaseAnswer:
         return answer
     known = {field.name for field in fields(Fit)}  # answers of earlier engines have others, too
     fit = Fit(**{name: value for name, value in found["fit"].items() if name in known})
-    none = none_with(_trends(found), none_of_them(fit, len(answer.named), answer.referenced))
+    none = none_of_them(fit, len(answer.named), answer.referenced)
+    none = none_with(_trends(found), none, _p_change(found))
     named = tuple(
         replace(one, probability=_probability(found, one.effect, list(one.joints), none, fit))
         for one in answer.named
@@ -67,6 +68,11 @@ def _trends(found: Found) -> list[Trend]:
     """Trends of the causes; answers of earlier engines have none."""
     given = [one.get("trend") or {} for one in found["causes"]]
     return [Trend(_number(one.get("growth")), _number(one.get("chance"))) for one in given]
+
+
+def _p_change(found: Found) -> float:
+    """Chance of what changes in the course of the runs; answers of earlier engines have none."""
+    return float((found.get("detection") or {}).get("p_change", 1.0))
 
 
 def _number(value: float | None) -> float:
