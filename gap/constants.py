@@ -104,6 +104,10 @@ VIBRATION_CLEAR = Constant(
     "log likelihood from which vibration, or its absence, tells two effects apart: ten to one",
     THEORY,
 )
+HUNTS_BY = Constant(
+    2.0, "how much more a joint swings in the trials than in any reference, to hunt as they do not",
+    "by hand: with play in one gear more joints swing 6 to 10 times as much, without none does",
+)  # fmt: skip
 SHOWN = Constant(0.9, "share of such causes that a size said to be visible would show", THEORY)
 
 # what is fitted to

@@ -18,7 +18,15 @@ from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.how_far import HowFar, how_far
 from gap.diagnosis.new_commands import new_commands
-from gap.diagnosis.probability import Fit, RivalCause, chances, left_of, none_of_them
+from gap.diagnosis.probability import (
+    Fit,
+    RivalCause,
+    chances,
+    clear_of_nothing,
+    left_of,
+    none_of_all,
+    none_of_them,
+)
 from gap.diagnosis.second_look import second_look
 from gap.diagnosis.study import FEWEST_REFERENCES, Study, make_study
 from gap.diagnosis.trend import RunChange, change_in_runs, none_with, trends_of
@@ -28,6 +36,7 @@ from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
 from gap.interfaces import Cause, DataFault, Drive, Proposal, Simulator
 from gap.residuals.energies import chance_of_energies
+from gap.residuals.hunting import Hunting
 from gap.residuals.predictions import PredictsElsewhere
 from gap.residuals.vibration import settled
 from gap.search.candidates import Candidate, families_of
@@ -35,6 +44,7 @@ from gap.search.cross_validation import unseen_residual
 from gap.search.look import Selection
 from gap.search.options import closed_beyond, nats_beyond
 from gap.search.selection import closed_share, select
+from gap.search.standard_errors import standard_errors
 from record.trial.trial import Trial
 
 Progress = Callable[[str, float], None]
@@ -161,16 +171,18 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
     change = None if selection.steps else _change(comparison)
     p_change = change.chance if change else 1.0
     detection = detect(evidence, comparison.runs, selection.p, p_change) if known else None
-    exists = gap_exists(evidence, detection, selection)
+    hunts = bool(_hunts_for_nothing(comparison.study, selection))
+    exists = gap_exists(evidence, detection, selection, hunts)
     fit = _fit(comparison, selection, far)
     none = none_of_them(fit, len(selection.steps), bool(comparison.study.references))
     trends = trends_of(evidence, comparison.healthy, selection.fitted)
-    none = none_with(trends, none, p_change) if exists else 0.0
-    shared = chances(selection, evidence.block_part, none, fit.nats_after)
+    none = none_with(trends, none, p_change, hunts) if exists else 0.0
+    errors = standard_errors(evidence, comparison.healthy, selection.fitted)
+    clear = clear_of_nothing(selection, evidence.effects, errors)
+    shared = chances(selection, evidence.block_part, none, fit.nats_after, clear)
+    none = none_of_all(none, clear)
     ambiguous = open_rivals(evidence, selection, [own for _, own in shared], fit.nats_after)
-    named = named_causes(
-        evidence, selection, [one for one, _ in shared], far, trends, comparison.healthy
-    )
+    named = named_causes(selection, [one for one, _ in shared], far, trends, errors, clear)
     # with references a small gap's share is lost in their scatter, and they judge what is left instead
     mostly = bool(comparison.study.references) or not far.shrink < MOSTLY
     return _Answer(
@@ -183,6 +195,13 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
         none,
         fit,
     )
+
+
+def _hunts_for_nothing(study: Study, selection: Selection) -> tuple[Hunting, ...]:
+    """Joints that hunt, and have no cause that does so."""
+    chosen = [step.chosen.added for step in selection.steps]
+    known = {one.joints for one in chosen if one.hunts}
+    return tuple(one for one in study.hunting if (one.joint,) not in known)
 
 
 def _change(comparison: GapEvidence) -> RunChange | None:
@@ -259,6 +278,7 @@ def _diagnosis(
         ),
         next=runs,
         new_commands=new_commands((*study.fitted, *study.held), study.references),
+        hunting=study.hunting,
         warnings=(
             *warnings_of(study, len(evidence.starts), answer.named, far, answer.detection),
             *resembling(answer.fit.left_there),

@@ -18,6 +18,7 @@ from gap.diagnosis.trend import RunChange, Trend
 from gap.diagnosis.where import Where
 from gap.experiments.next_run import NextRun
 from gap.interfaces import Cause, DataFault, place_words
+from gap.residuals.hunting import Hunting
 from gap.residuals.vibration import ChannelVibration
 from gap.rounding import percent_words, value_words
 
@@ -69,6 +70,7 @@ class NamedCause:
         last: What it adds to the others.
         remedy: What to check or change.
         trend: How its size changes in the course of a run.
+        clear: Probability that its size is not one of nothing, as far as it is from neutral.
         vibration: What vibrates, if that tells it from another effect; None otherwise.
         p: Its chance in a healthy machine, among all causes that were tried; 0 without references.
     """
@@ -87,6 +89,7 @@ class NamedCause:
     remedy: str
     form: str
     trend: Trend
+    clear: float
     vibration: ChannelVibration | None = None
     p: float = 0.0
 
@@ -168,6 +171,7 @@ class Diagnosis:
         floor_source: ``references``, ``cycles`` or ``sensors``.
         detection: Whether there is a gap; None without enough references.
         change: What changes in the course of a run, if that is a gap and no cause is named; else None.
+        hunting: Joints that hunt as in no reference; what they read meanwhile was not compared.
         causes: Causes, the largest first.
         rivals: Alternatives fitted in their place.
         ambiguous: Alternatives that these runs leave open.
@@ -191,6 +195,7 @@ class Diagnosis:
     floor_source: str
     detection: Detection | None
     change: RunChange | None
+    hunting: tuple[Hunting, ...]
     causes: tuple[NamedCause, ...]
     rivals: tuple[RivalCause, ...]
     ambiguous: tuple[OpenRival, ...]

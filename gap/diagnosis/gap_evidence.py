@@ -10,7 +10,7 @@ from gap.interfaces import Drive
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
 from gap.search.at_once import meanwhile
-from gap.search.candidates import Candidate, candidates_of, with_vibrations
+from gap.search.candidates import Candidate, at_hunting, candidates_of, with_vibrations
 from gap.search.healthy_search import search_healthy
 from gap.search.look import Known
 from gap.search.screen import Signatures, make_signatures
@@ -59,9 +59,8 @@ def compare(study: Study, progress: Callable[[float], None]) -> GapEvidence:
     evidence = study.evidence(local) if study.references else study.loose_evidence(local)
     if not (evidence.count > 0).any():
         raise GapError("no measured channel can be compared with the simulator; check the columns")
-    candidates = with_vibrations(
-        candidates_of(study.simulator, study.predictor.standing), study.vibrations
-    )
+    every = candidates_of(study.simulator, study.predictor.standing)
+    candidates = with_vibrations(at_hunting(every, study.hunting), study.vibrations)
     signatures = make_signatures(evidence, candidates, (), progress)
     healthy = study.healthy_evidence(local)
     runs = study.healthy_runs(local) if healthy else ()

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy import special
 
 from gap.constants import (
     ERROR_SHARE,
@@ -36,7 +37,7 @@ from gap.residuals.left_there import HeldOutEnergies, left_at_joint
 from gap.search.cross_validation import Advantage, advantage
 from gap.search.look import Selection
 from gap.search.options import Option
-from model.values.arrays import IntArray
+from model.values.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +107,36 @@ def none_of_them(fit: Fit, causes: int, referenced: bool) -> float:
     return 1.0 / (1.0 + math.exp(-logit))
 
 
+def clear_of_nothing(
+    selection: Selection, effects: Mapping[str, Effect], errors: FloatArray
+) -> tuple[float, ...]:
+    """Return the probability, of each cause, that its size is not one of nothing.
+
+    Among all effects of a catalogue, the size of one is some standard errors from neutral by chance: that
+    of Sidak for so many (1967, doi:10.1080/01621459.1967.10482935). Where a joint hunts, one alone was
+    tried. A law has no size.
+
+    Args:
+        selection: The causes.
+        effects: The catalogue.
+        errors: Standard error of each parameter of all causes in spreads, (P,).
+    """
+    families, out, at = len({one.family for one in effects.values()}), [], 0
+    for cause, step in zip(selection.fitted.causes, selection.steps, strict=True):
+        each = effects[cause.effect].parameters
+        own = zip(each, cause.values, errors[at : at + len(each)], strict=True)
+        at += len(each)
+        away = [abs(v - p.neutral) / p.spread / e for p, v, e in own if not p.located and e > 0.0]
+        far = 1.0 - 2.0 * float(special.ndtr(-max(away, default=math.inf)))
+        out.append(far if step.chosen.added.hunts else far**families)
+    return tuple(out)
+
+
+def none_of_all(none: float, clear: Sequence[float]) -> float:
+    """Return the probability of "none of these", of which each may be nothing."""
+    return none + (1.0 - none) * math.prod(1.0 - one for one in clear) if clear else none
+
+
 def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
     """Return what the log odds of "none of these" are linear in, eight numbers.
 
@@ -159,6 +190,7 @@ def chances(
     strata: IntArray,
     none: float,
     left_nats: float,
+    clear: Sequence[float],
 ) -> tuple[tuple[float, tuple[RivalCause, ...]], ...]:
     """Return the probability of each cause, and its alternatives with theirs.
 
@@ -167,6 +199,7 @@ def chances(
         strata: Trial of each block, (B,).
         none: Probability that it is none of the catalogue.
         left_nats: Score that is left beyond that of a healthy machine.
+        clear: Of each cause, ``clear_of_nothing``.
     """
     out = []
     for i, step in enumerate(selection.steps):
@@ -181,7 +214,7 @@ def chances(
             blur = blur_of(behind, left_nats, step.chosen.over.nats)
             weights.append(weight_of(behind, blur, vibration_nats_of(one, step.chosen)))
         # what a healthy machine shows by chance is neither this cause nor an alternative to it
-        share = (1.0 - step.p) * (1.0 - none) / (1.0 + sum(weights) + unfitted)
+        share = (1.0 - step.p) * clear[i] * (1.0 - none) / (1.0 + sum(weights) + unfitted)
         of = step.chosen.added.family
         rivals = tuple(
             RivalCause(

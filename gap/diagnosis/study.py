@@ -16,6 +16,7 @@ from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, m
 from gap.residuals.floor import Floor, make_floor, without_drift
 from gap.residuals.healthy import Healthy, healthy_runs
 from gap.residuals.hold_out import HoldOut
+from gap.residuals.hunting import Hunting, hunting_of, without_hunting
 from gap.residuals.part_error import PartError, rms
 from gap.residuals.parts import TrialPart, split, whole_parts
 from gap.residuals.predictions import Predictor, PredictsElsewhere
@@ -46,6 +47,7 @@ class Study:
         references: Whole runs of the same machine assumed healthy.
         evenly: Whether a rule chose the runs that judge, and no person.
         exchange: Which changed places, None if none did.
+        hunting: Joints that hunt in the trials; the parts do not count where they do.
     """
 
     predictor: Predictor
@@ -54,6 +56,7 @@ class Study:
     references: tuple[TrialPart, ...] = ()
     evenly: bool = True
     exchange: Exchange | None = None
+    hunting: tuple[Hunting, ...] = ()
     _vibrating: Callable[[], dict[str, ChannelVibration]] | None = None
     _baselines: dict[Drive, tuple[Floor, tuple[Healthy, ...]]] = field(default_factory=dict)
 
@@ -188,7 +191,25 @@ def make_study(
     predictor = Predictor(simulator, (*trials, *references), elsewhere)
     find = partial(_vibrations, simulator, (*fitted, *held), known)
     vibrating = meanwhile(find, predictor.at_once)
-    return Study(predictor, fitted, held, known, hold_out is None, None, vibrating)
+    hunting, fitted, held = _hunting(simulator, trials, references, fitted, held)
+    return Study(predictor, fitted, held, known, hold_out is None, None, hunting, vibrating)
+
+
+def _hunting(
+    simulator: Simulator,
+    trials: Sequence[Trial],
+    references: Sequence[Trial],
+    fitted: tuple[TrialPart, ...],
+    held: tuple[TrialPart, ...],
+) -> tuple[tuple[Hunting, ...], tuple[TrialPart, ...], tuple[TrialPart, ...]]:
+    """Joints that hunt, if an effect says what they then read, and the parts without that."""
+    hidden = {effect.hunts for effect in simulator.effects if effect.hunts}
+    hunting = hunting_of(trials, references) if hidden else ()
+    if not hunting:
+        return (), fitted, held
+    (name,) = hidden
+    calm = partial(without_hunting, simulator.channels, name, trials, hunting=hunting)
+    return hunting, calm(fitted), calm(held)
 
 
 def _vibrations(

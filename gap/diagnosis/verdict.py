@@ -15,7 +15,6 @@ from gap.diagnosis.trend import Trend
 from gap.interfaces import Cause, Effect, place_words
 from gap.residuals.evidence import Evidence
 from gap.search.look import Selection
-from gap.search.standard_errors import standard_errors
 from model.values.arrays import FloatArray
 
 FEW_BLOCKS = 6
@@ -23,9 +22,14 @@ CLEARLY_LEFT = 1.0  # e-folds of energy
 LITTLE = 0.25  # share of the gap on held-out runs that is little for causes that are named
 
 
-def gap_exists(evidence: Evidence, detection: Detection | None, selection: Selection) -> bool:
-    """Whether there is a gap: a cause that is new, or what no healthy machine shows without any cause."""
-    if selection.steps:
+def gap_exists(
+    evidence: Evidence, detection: Detection | None, selection: Selection, hunts: bool = False
+) -> bool:
+    """Whether there is a gap: a cause that is new, or what no healthy machine shows without any cause.
+
+    ``hunts`` is whether a joint hunts as in no reference.
+    """
+    if selection.steps or hunts:
         return True
     if detection is not None:
         return detection.by_energy or detection.by_change
@@ -61,19 +65,19 @@ def verdict_of(
 
 
 def named_causes(
-    evidence: Evidence,
     selection: Selection,
     probabilities: Sequence[float],
     far: HowFar,
     trends: Sequence[Trend],
-    healthy: Evidence | None = None,
+    errors: FloatArray,
+    clear: Sequence[float],
 ) -> tuple[NamedCause, ...]:
     """Return the causes with everything known of them, the one that closes most first.
 
     That is by held-out runs, or by those that were fitted to, where held-out runs do not show all causes.
-    There is one probability and one trend a cause; ``healthy`` are references, None for too few.
+    There is one probability, one trend and one ``clear_of_nothing`` a cause; the standard errors are in
+    spreads, (P,).
     """
-    errors = standard_errors(evidence, healthy, selection.fitted)
     causes, at = [], 0
     parts = _parts(far, len(selection.steps))
     for i, (cause, step) in enumerate(zip(selection.fitted.causes, selection.steps, strict=True)):
@@ -96,6 +100,7 @@ def named_causes(
                 remedy=effect.remedy,
                 form=effect.name,
                 trend=trends[i],
+                clear=clear[i],
                 vibration=step.chosen.added.vibration,
                 p=step.p,
             )
@@ -168,6 +173,11 @@ def warnings_of(
         yield (
             f"run {own} shows a gap that the runs to fit to do not show, so it is fitted to, and run "
             f"{other} is held out in its place"
+        )
+    for joint in study.hunting:
+        yield (
+            f"{joint.words}: look for play in its gears, or too high a gain of its loop. No simulator "
+            "follows this frame by frame, so meanwhile its readings and its foot do not count"
         )
     if blocks < FEW_BLOCKS:
         yield f"only {blocks} blocks to fit to; record longer runs"

@@ -14,6 +14,7 @@ import numpy as np
 
 from gap.constants import VIBRATION_CLEAR
 from gap.interfaces import NOWHERE, Cause, Effect, Parameter, Scope, Simulator, places_for
+from gap.residuals.hunting import Hunting
 from gap.residuals.vibration import ChannelVibration
 
 NEARBY = 0.05  # of a value, the longest step of a limit
@@ -35,12 +36,15 @@ class Candidate:
     Attributes:
         forms: How many effects of the catalogue are forms of its cause, which are tried as one.
         vibration: What vibrates in the trials, if that tells it from another effect; None otherwise.
+        hunts: How its joint hunts, as it would: which candidate it is, is known before anything is fitted.
+            None otherwise.
     """
 
     effect: Effect
     joints: tuple[str, ...]
     forms: int = 1
     vibration: ChannelVibration | None = None
+    hunts: Hunting | None = None
 
     @property
     def key(self) -> tuple[str, tuple[str, ...]]:
@@ -110,6 +114,19 @@ def with_vibrations(
         replace(one, vibration=both.get(one.effect.name))
         for one in candidates
         if one.effect.shaking or one.effect.family not in sure
+    )
+
+
+def at_hunting(
+    candidates: Sequence[Candidate], hunting: Sequence[Hunting]
+) -> tuple[Candidate, ...]:
+    """Return candidates without other forms of a cause at joints that hunt, as one of its forms does."""
+    how: dict[tuple[str, ...], Hunting] = {(one.joint,): one for one in hunting}
+    sure = {one.family for one in candidates if one.effect.hunts and one.joints in how}
+    return tuple(
+        replace(one, forms=1, hunts=how[one.joints]) if one.family in sure else one
+        for one in candidates
+        if one.effect.hunts or one.family not in sure
     )
 
 

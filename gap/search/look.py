@@ -133,14 +133,15 @@ class Look:
         if self.known is None:
             return 0.0
         one = self._chance_of_one(option, self.known)
+        if hunts := option.added.hunts:  # which of all candidates it is, was seen before any fit
+            return _both(one, hunts.chance)
         chance = self.known.search.among_all(
             min(1.0, option.added.forms * one), option.added.family
         )
         vibration = option.added.vibration
         if vibration is None or not option.added.effect.shaking or vibration.nats <= 0.0:
             return chance
-        both = max(chance * vibration.chance, 1e-300)
-        return min(chance, both * (1.0 - math.log(both)))  # of two tests in one, by Fisher
+        return min(chance, _both(chance, vibration.chance))
 
     def _chance_of_one(self, option: Option, known: Known) -> float:
         """Chance of this one candidate, by itself and beside what differs from day to day.
@@ -202,7 +203,8 @@ class Look:
             fresh = sorted(with_seen_edges(self.evidence, made), key=rank)
             options += fresh
             for one in fresh:
-                if not worth(one.over, len(one.added.effect.parameters), len(one.unseen)):
+                enough = worth(one.over, len(one.added.effect.parameters), len(one.unseen))
+                if not enough and not one.added.hunts:
                     continue
                 if too_small(one.cause, one.added.effect, self.search.least_size):
                     continue
@@ -212,7 +214,11 @@ class Look:
                     best = containing(self.evidence, one, usual)
                     known = [other for other, _ in usual]
                     rivals = [
-                        other for other in options if other not in known and other is not best
+                        other
+                        for other in options
+                        if other not in known
+                        and other is not best
+                        and bool(other.added.hunts) == bool(best.added.hunts)
                     ]
                     return best, p, tuple(sorted(rivals, key=rank))
                 if self.healthy is None:
@@ -230,7 +236,14 @@ class Look:
         return self.evidence.most_gained(change) >= nats
 
     def _lists(self, ranked: list[Gain], standing: Fitted) -> Iterator[list[Gain]]:
-        """Yield what is to be fitted, best first; with references the next best, then the newest."""
+        """Yield what is to be fitted, best first; with references the next best, then the newest.
+
+        What hunts is before all others.
+        """
+        hunting = [gain for gain in ranked if gain.signature.candidate.hunts]
+        if hunting:
+            ranked = [gain for gain in ranked if gain not in hunting]
+            yield hunting
         for near, least in LISTS if self.healthy is not None else LISTS[:1]:
             listed = shortlist(ranked, self.search.shortlist, near, least)
             ranked = [gain for gain in ranked if gain not in listed]
@@ -287,6 +300,12 @@ class Look:
             if other_p < CAUSE_LEVEL:
                 return other, other_p
         return best, p
+
+
+def _both(one: float, other: float) -> float:
+    """Chance of two independent tests in one, by Fisher."""
+    both = max(one * other, 1e-300)
+    return both * (1.0 - math.log(both))
 
 
 def rank(option: Option) -> tuple[float, object]:

@@ -17,7 +17,7 @@ STAGES = ("actuation", "kinematics", "support", "friction", "dynamics", "externa
 # What acts through forces, by its stage or by itself.
 FORCE_STAGES = frozenset({"support", "friction", "dynamics", "external"})
 MOVED_BY_FORCES = frozenset({
-    "servo_compliance", "servo_compliance_beyond_encoder", "gear_backlash", "joint_friction", "leg_flex",
+    "servo_compliance", "gear_backlash", "joint_friction", "leg_flex",
     # readings of forces, which are held against forces of a model
     "force_gain", "force_bias", "force_drift", "force_rotation", "force_cross_talk", "force_delay",
     "force_lowpass",
@@ -28,9 +28,7 @@ MAY_WEAR = frozenset({
     "ground_stiffness", "friction_level", "foot_friction",
 })  # fmt: skip
 # How a servo gives, rubs and plays depends on its loop and gears.
-OF_MANY_FORMS = frozenset({
-    "servo_compliance", "servo_compliance_beyond_encoder", "gear_backlash", "joint_friction",
-})  # fmt: skip
+OF_MANY_FORMS = frozenset({"servo_compliance", "gear_backlash", "joint_friction"})
 NO_LIMIT_RAD_S = 10.0  # twice what the servos can do: no limit
 ALL, LEG, BOTH = (Scope.ALL,), (Scope.JOINT,), (Scope.ALL, Scope.JOINT)
 
@@ -90,11 +88,12 @@ def _effect(
     form_of: str = "",
 ) -> ChainEffect:
     parameters, combine = tuple(p for p, _ in numbers), tuple(how for _, how in numbers)
-    by_forces = stage in FORCE_STAGES or name in MOVED_BY_FORCES
+    family = form_of or name
+    by_forces = stage in FORCE_STAGES or family in MOVED_BY_FORCES
     return ChainEffect(
         name, stage, parameters, scopes, physics, remedy, combine,
         by_forces=by_forces, form_of=form_of, in_time=name in CHANGES_WITH_TIME,
-        wears=name in MAY_WEAR, rough=name in OF_MANY_FORMS,
+        wears=name in MAY_WEAR, rough=family in OF_MANY_FORMS,
     )  # fmt: skip
 
 
@@ -136,6 +135,16 @@ CATALOGUE = (
     replace(_effect("actuation", "gear_backlash", LEG, _numbers("width_rad", "rad", 0.0, 0.5, 0.02),
         "The shaft lies against one or the other flank of the play, whichever way its load pushes.",
         "Replace the gears or the horn of this servo."), curved=True),
+    replace(_effect("actuation", "gear_backlash_in_loop", LEG,
+        _numbers("width_rad", "rad", 0.0, 0.5, 0.02),
+        "The shaft falls from flank to flank of the play, and the loop on its encoder takes that back.",
+        "Replace the gears or the horn of this servo; a lower position gain stops its hunting in the air.",
+        form_of="gear_backlash"), curved=True, hunts="shaft_error"),
+    replace(_effect("actuation", "gear_backlash_beyond_encoder", LEG,
+        _numbers("width_rad", "rad", 0.0, 0.5, 0.02),
+        "The crank lies against either flank of a play beyond the encoder, which does not see it.",
+        "Replace the horn or the gears between this servo's encoder and its crank.",
+        form_of="gear_backlash"), curved=True),
     _effect("actuation", "joint_friction", BOTH, _numbers("behind_rad", "rad", 0.0, 0.3, 0.02),
         "Dry friction at the joint: the shaft follows its set point only once it is this far behind.",
         "Look for a tight bearing or a rubbing link; raise the position gain or add integral action."),

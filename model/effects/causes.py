@@ -80,6 +80,8 @@ class Effect:
         curved: Whether near neutral it looks unlike itself at a usual size.
         rough: Whether machines have it in forms that differ from the modelled one by most of its change.
         shaking: What vibrates with it, faster than a model's frames follow; None if nothing does.
+        hunts: Name of the channel that swings at the joint that has it, faster than frames follow; empty
+            if none does.
         least_size: Spreads from neutral that it must have to be named: machines built alike differ by as
             much as a smaller one.
     """
@@ -102,6 +104,7 @@ class Effect:
     curved: bool = field(default=False, kw_only=True)
     rough: bool = field(default=False, kw_only=True)
     shaking: Shaking | None = field(default=None, kw_only=True)
+    hunts: str = field(default="", kw_only=True)
     least_size: float = field(default=0.0, kw_only=True)
 
     @property

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model.effects.catalogue import NO_LIMIT_RAD_S
-from model.effects.gear_play import Strut, in_play
+from model.effects.gear_play import LOOP_S, PLAY, PLAY_IN_LOOP, PLAYS, Strut, in_play
 from model.effects.grid import FOOT_WINDOW_S, Grid
 from model.effects.leg_paths import foot_paths
 from model.effects.machine import LeggedMachine
@@ -57,7 +57,7 @@ class Loads:
 
 def feels_loads(settings: Settings) -> bool:
     """Whether loads move shafts."""
-    return settings.has(*GIVES, "gear_backlash") or bool(settings.at("actuation"))
+    return settings.has(*GIVES, *PLAYS) or bool(settings.at("actuation"))
 
 
 def shafts(
@@ -78,11 +78,26 @@ def shafts(
         angle = _held_back(angle, settings.each("joint_friction")[0])
     if loads is None:
         return angle
-    if settings.has("gear_backlash"):
-        (width_rad,) = settings.each("gear_backlash")
+    if settings.has(PLAY):
+        (width_rad,) = settings.each(PLAY)
         angle = angle + in_play(grid, loads.flank_nm, width_rad, loads.strut)
+    if settings.has(PLAY_IN_LOOP):
+        (width_rad,) = settings.each(PLAY_IN_LOOP)
+        place = in_play(grid, loads.flank_nm, width_rad, loads.strut)
+        angle = angle + place - _taken_back(grid, place, settings)
     signals = ShaftSignals(grid.time_s, command_rad, loads.torque_nm, angle)
     return settings.acted("actuation", signals).shaft_rad
+
+
+def _taken_back(grid: Grid, place_rad: FloatArray, settings: Settings) -> FloatArray:
+    """How much of where shafts are in their play their loops have taken back, (W, J) [rad]."""
+    behind_s = np.zeros(place_rad.shape[1])
+    for (lag_s,) in settings.apart("servo_lag"):
+        behind_s += np.asarray(lag_s)
+    taken = np.empty_like(place_rad)
+    for joint, own_s in enumerate(behind_s):
+        taken[:, joint] = lagged(place_rad[:, joint], own_s or LOOP_S, grid.period_s)
+    return taken
 
 
 def _held_back(wanted_rad: FloatArray, behind_rad: FloatArray) -> FloatArray:

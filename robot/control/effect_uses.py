@@ -43,8 +43,9 @@ _GROUPS = {
         foot_rolling tilt_coupling inertia_lag tether_force drag leg_stiffness foot_friction friction_level
         friction_anisotropy hip_mount_offset""",
     Use.READING: "force_gain force_bias force_drift force_rotation force_cross_talk encoder_scale",
-    Use.SEEN: "command_delay servo_lag servo_speed_limit servo_compliance gear_backlash joint_friction",
-    Use.BEYOND: "servo_compliance_beyond_encoder",
+    Use.SEEN: "command_delay servo_lag servo_speed_limit servo_compliance gear_backlash joint_friction"
+    " gear_backlash_in_loop",
+    Use.BEYOND: "servo_compliance_beyond_encoder gear_backlash_beyond_encoder",
     Use.LATE: "force_delay force_lowpass",
     Use.CAMERAS: "pose_delay pose_yaw_offset pose_origin_offset marker_on_shank clock_skew",
 }

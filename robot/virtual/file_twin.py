@@ -50,8 +50,8 @@ def twin_effects(cause: Cause) -> tuple[TwinEffect, ...]:
     if CATALOGUE[cause.effect].form_of:
         raise ConfigError(
             table_name(cause.effect, cause.joints),
-            "cannot be had by a virtual robot, whose encoders are behind all that gives; take it out "
-            "of the robot file for virtual runs",
+            "cannot be had by a virtual robot of a file: its encoders are behind all that gives and plays, "
+            "its loops before it; take it out of the robot file for virtual runs",
         )
     return tuple(TwinEffect(cause.effect, leg, cause.values) for leg in cause.joints or ("",))
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
-from gap.diagnosis.probability import blur_of, chances, weight_of
+from gap.diagnosis.probability import blur_of, chances, clear_of_nothing, none_of_all, weight_of
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
+from gap.residuals.hunting import Hunting
 from gap.search.candidates import Candidate
 from gap.search.cross_validation import Advantage
 from gap.search.fit import fit_causes
@@ -21,7 +22,7 @@ BY_NAME = {effect.name: effect for effect in EFFECTS}
 
 
 def opened(evidence: Evidence, selection: Selection) -> list[str]:
-    shared = chances(selection, evidence.block_part, 0.0, 1e6)
+    shared = chances(selection, evidence.block_part, 0.0, 1e6, [1.0] * len(selection.steps))
     return [one.effect for one in open_rivals(evidence, selection, [r for _, r in shared], 1e6)]
 
 
@@ -37,10 +38,41 @@ def test_what_a_healthy_machine_shows_by_chance_is_no_cause() -> None:
     )
     sure = Selection(delay.fitted, delay.unseen, (Step(delay, (lag,)),))
     doubtful = replace(sure, steps=(replace(sure.steps[0], p=0.3),))
-    ((one, (other,)),) = chances(sure, evidence.block_part, 0.1, 0.0)
-    ((less, (least,)),) = chances(doubtful, evidence.block_part, 0.1, 0.0)
+    ((one, (other,)),) = chances(sure, evidence.block_part, 0.1, 0.0, [1.0])
+    ((less, (least,)),) = chances(doubtful, evidence.block_part, 0.1, 0.0, [1.0])
     assert one + other.probability == pytest.approx(0.9)
     assert (less, least.probability) == pytest.approx((0.7 * one, 0.7 * other.probability))
+    ((half, _),) = chances(sure, evidence.block_part, 0.1, 0.0, [0.5])
+    assert half == pytest.approx(0.5 * one), "nor is a size that may be one of nothing"
+
+
+def test_a_size_of_two_errors_is_one_of_nothing_among_many_effects() -> None:
+    evidence, _ = evidences(
+        Toy(), [toy_trial([Cause("delay", (), (0.02,))], 0.05, "trot", seed=1)], []
+    )
+    effect, standing = BY_NAME["delay"], np.full(len(evidence.starts), 1e9)
+    delay = Candidate(effect, ())
+    option = fit_option(evidence, delay, (delay.cause((0.02,)),), standing)
+    (away,) = abs(option.fitted.away)
+
+    def clear(errors: float, added: Candidate = delay) -> float:
+        step = Step(replace(option, added=added), ())
+        selection = Selection(option.fitted, option.unseen, (step,))
+        (one,) = clear_of_nothing(selection, BY_NAME, np.array([away / errors]))
+        return one
+
+    count = len({one.family for one in EFFECTS})
+    assert clear(2.0) == pytest.approx(0.9545**count, rel=1e-3)
+    assert clear(5.0) > 0.999
+    assert clear(0.5) < 1e-3
+    hunting = replace(delay, hunts=Hunting("a", 9.0, 0.03, 0.0, 0.3, 1e-4))
+    assert clear(2.0, hunting) == pytest.approx(0.9545, rel=1e-3), "one alone was tried"
+    law = Selection(replace(option.fitted, causes=()), option.unseen, ())
+    assert clear_of_nothing(law, BY_NAME, np.zeros(0)) == ()
+    assert none_of_all(0.1, ()) == 0.1
+    assert none_of_all(0.1, (0.0,)) == 1.0
+    assert none_of_all(0.1, (0.5, 1.0)) == pytest.approx(0.1), "one is surely there"
+    assert none_of_all(0.1, (0.5, 0.5)) == pytest.approx(0.325)
 
 
 def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:

@@ -72,7 +72,7 @@ def test_no_cause_explains_more_than_the_gap() -> None:
 
     def parts(alone: tuple[float, float], last: tuple[float, float]) -> list[float]:
         other = replace(far, shrink=0.9, alone=alone, last=last)
-        named = named_causes(comparison.evidence, selection, (0.9, 0.9), other, (trends,) * 2)
+        named = named_causes(selection, (0.9, 0.9), other, (trends,) * 2, np.ones(2), (1.0, 1.0))
         return [one.shrink for one in named]
 
     assert parts((0.8, 0.1), (0.8, 0.1)) == pytest.approx([0.8, 0.1])

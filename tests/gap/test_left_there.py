@@ -114,4 +114,5 @@ def test_a_healthy_machine_leaves_nothing_at_a_joint_of_causes() -> None:
 def test_what_depends_on_loop_and_gears_has_many_forms() -> None:
     rough = {effect.name for effect in CATALOGUE if effect.rough}
     compliance = {"servo_compliance", "servo_compliance_beyond_encoder"}
-    assert rough == {"gear_backlash", "joint_friction", *compliance}
+    play = {"gear_backlash", "gear_backlash_in_loop", "gear_backlash_beyond_encoder"}
+    assert rough == {"joint_friction", *play, *compliance}

@@ -14,7 +14,7 @@ from typing import Any
 from benchmarks.gap.constants.figures import JudgedCase
 from gap.check.cases import NO_GAP, UNEXPLAINED, CaseAnswer, CheckedCase
 from gap.constants import MOSTLY, NONE_LIKELY
-from gap.diagnosis.probability import Fit, blur_of, none_of_them, weight_of
+from gap.diagnosis.probability import Fit, blur_of, none_of_all, none_of_them, weight_of
 from gap.diagnosis.trend import Trend, none_with
 from gap.search.cross_validation import Advantage
 from robot.campaign.answers import files_of, read_labels
@@ -51,11 +51,13 @@ def _again(answer: CaseAnswer, found: Found) -> CaseAnswer:
     known = {field.name for field in fields(Fit)}  # answers of earlier engines have others, too
     fit = Fit(**{name: value for name, value in found["fit"].items() if name in known})
     none = none_of_them(fit, len(answer.named), answer.referenced)
-    none = none_with(_trends(found), none, _p_change(found))
+    none = none_with(_trends(found), none, _p_change(found), _hunts(found))
+    clear = [float(one.get("clear", 1.0)) for one in found["causes"]]
     named = tuple(
         replace(one, probability=_probability(found, one.effect, list(one.joints), none, fit))
         for one in answer.named
     )
+    none = none_of_all(none, clear)
     verdict = answer.verdict
     if none > NONE_LIKELY:
         verdict = UNEXPLAINED
@@ -75,6 +77,12 @@ def _p_change(found: Found) -> float:
     return float((found.get("detection") or {}).get("p_change", 1.0))
 
 
+def _hunts(found: Found) -> bool:
+    """Whether a joint hunts for which no cause does."""
+    named = {tuple(one["legs"]) for one in found["causes"] if one["effect"] == "gear_backlash"}
+    return any((one["joint"],) not in named for one in found.get("hunting", ()))
+
+
 def _number(value: float | None) -> float:
     return math.nan if value is None else value
 
@@ -91,6 +99,7 @@ def _probability(found: Found, effect: str, joints: list[str], none: float, fit:
     """Probability of a named cause, as ``gap.diagnosis.probability.chances`` gives it."""
     cause = next(one for one in found["causes"] if [one["effect"], one["legs"]] == [effect, joints])
     before, gained, p = (float(cause.get(name, 0.0)) for name in ("probability", "nats", "p"))
+    clear = float(cause.get("clear", 1.0))
     rivals = [one for one in found["rivals"] if one["of"] == [effect, joints]]
     weights = [
         1.0 if one["probability"] == before
@@ -99,9 +108,12 @@ def _probability(found: Found, effect: str, joints: list[str], none: float, fit:
     ]  # fmt: skip
     # effects that nothing tells from it have as much, and were not fitted
     given = before + sum(one["probability"] for one in rivals)
-    whole = (1.0 - p) * (1.0 - found["none_of_these"])
+    every = [float(one.get("clear", 1.0)) for one in found["causes"]]
+    nothing = math.prod(1.0 - one for one in every)
+    catalogue = (1.0 - found["none_of_these"]) / (1.0 - nothing) if nothing < 1.0 else 0.0
+    whole = (1.0 - p) * clear * catalogue
     alike = max(0, round((whole - given) / before)) if before else 0
-    return (1.0 - p) * (1.0 - none) / (1.0 + sum(weights) + alike)
+    return (1.0 - p) * clear * (1.0 - none) / (1.0 + sum(weights) + alike)
 
 
 def _weight(behind: Advantage, left_nats: float, gained_nats: float) -> float:

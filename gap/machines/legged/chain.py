@@ -16,7 +16,14 @@ from gap.machines.legged.passes import Flanks, PassStart, settled
 from gap.machines.legged.solved import SolvedOnArrays, SolvedTraction
 from gap.machines.legged.walk_truth import MARKER_SHARE, Walk, finite, foot_forces, truth_of
 from model.effects.catalogue import EFFECTS
-from model.effects.gear_play import LOOSE_PUSH, foot_weight_torque, strut_of
+from model.effects.gear_play import (
+    LOOSE_PUSH,
+    PLAYS,
+    UNSEEN_PLAY,
+    foot_weight_torque,
+    in_play,
+    strut_of,
+)
 from model.effects.grid import Grid, body_velocity
 from model.effects.ground import Sliding, Standing, foot_slip, slide, stand, stands_on
 from model.effects.machine import LeggedMachine
@@ -43,7 +50,6 @@ from model.traction.frames import near_answers
 from model.values.arrays import FloatArray
 
 REMEMBERED = 24
-PLAY = "gear_backlash"
 BOUND_TO_PLACES = ("ground_step", "friction_patch", "ground_slope", "tether_force")
 
 
@@ -119,11 +125,11 @@ class LeggedChain:
             # without force sensors shafts feel the loads that are predicted without their give
             added = tuple(one for one in settings.added if one.user.effect.stage != "actuation")
             plain = replace(settings.without(*GIVES), added=added)
-            force = foot_forces(self._plain_walk(known, plain.without(PLAY), drive, near))
+            force = foot_forces(self._plain_walk(known, plain.without(*PLAYS), drive, near))
         flanks = None
-        if settings.has(PLAY) and (felt or not measured):
+        if settings.has(*PLAYS) and (felt or not measured):
             flanks = self._flanks(known, plain, drive, near, force if felt else None)
-        elif settings.has(PLAY):  # measured shafts have the play in them: feet on them stand
+        elif settings.has(*PLAYS):  # measured shafts have the play in them: feet on them stand
             flanks = self._flanks(known, plain, Drive.COMMAND, None, None)
         start = PassStart(force, flanks, place, velocity, velocity)
         walk = self._pass(known, settings, drive, start, near)
@@ -147,7 +153,7 @@ class LeggedChain:
         Loads decide against which flank a shaft lies: measured ones (``felt_n``, (W, N, 3)), or those of
         such a walk. Where none are measured, the body moves as while the shaft is between its flanks.
         """
-        tight = self._plain_walk(known, settings.without(PLAY), drive, near)
+        tight = self._plain_walk(known, settings.without(*PLAYS), drive, near)
         if felt_n is None:
             loose = self._plain_walk(known, self._loosened(settings), drive, near)
             force = foot_forces(tight)
@@ -160,10 +166,10 @@ class LeggedChain:
 
     def _loosened(self, settings: Settings) -> Settings:
         """Return settings without play, in which legs that have it hardly push the body."""
-        tight = settings.without(PLAY)
+        tight = settings.without(*PLAYS)
         if not self._machine.names.one_joint_a_leg:
             return tight
-        loose = settings.each(PLAY)[0] > 0.0
+        loose = np.any([settings.each(one)[0] > 0.0 for one in PLAYS], axis=0)
         return tight.times("foot_friction", np.where(loose, LOOSE_PUSH, 1.0))
 
     def _pass(
@@ -191,6 +197,10 @@ class LeggedChain:
             loads = Loads(torque, flank + foot_weight_torque(lever), strut)
             if settings.has(UNSEEN_GIVE):
                 unseen = settings.each(UNSEEN_GIVE)[0] * torque
+            if settings.has(UNSEEN_PLAY):
+                width = settings.each(UNSEEN_PLAY)[0]
+                place = in_play(grid, loads.flank_nm, width, strut)
+                unseen = place if unseen is None else unseen + place
             if not measured:
                 # a shaft that gives under friction is a foot that gives: too stiff for a loop of passes
                 compliance = sum(settings.each(one)[0] for one in GIVES)

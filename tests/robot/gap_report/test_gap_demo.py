@@ -28,7 +28,7 @@ def cause(
 ) -> NamedCause:
     sizes = (Value("ratio", "", value, error, 1.0, on_bound=False),)
     return NamedCause(
-        effect, (leg,), "support", sizes, 1.0, 9.0, 1.0, 0.9, 0.9, 0.9, "", "", effect, UNKNOWN
+        effect, (leg,), "support", sizes, 1.0, 9.0, 1.0, 0.9, 0.9, 0.9, "", "", effect, UNKNOWN, 1.0
     )
 
 

@@ -12,7 +12,7 @@ def test_the_list_names_every_effect_and_its_numbers(capsys: pytest.CaptureFixtu
     assert run(["gap", "effects"]) == 0
     text = capsys.readouterr().out
     assert "ACTUATION\n  command_delay  (whole robot)\n      delay_s: 0 to 0.3 s, neutral 0" in text
-    assert "44 effects" in text
+    assert "46 effects" in text
     assert max(len(line) for line in text.splitlines()) <= 108
 
 
@@ -33,6 +33,8 @@ actuation servo_speed_limit limit_rad_s all,leg
 actuation servo_compliance rad_per_nm all,leg
 actuation servo_compliance_beyond_encoder rad_per_nm all,leg
 actuation gear_backlash width_rad leg
+actuation gear_backlash_in_loop width_rad leg
+actuation gear_backlash_beyond_encoder width_rad leg
 actuation joint_friction behind_rad all,leg
 actuation shaft_zero_offset offset_rad leg
 kinematics link_length crank_m,coupler_m,rocker_m all,leg

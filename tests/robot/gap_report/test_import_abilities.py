@@ -168,7 +168,7 @@ def test_the_leg_of_a_force_is_no_joint_of_an_mjcf(
 BODY = ("body_position_m", "body_angles_rad")
 SHAFT_EFFECTS = {
     "command_delay", "servo_lag", "servo_speed_limit", "servo_compliance", "gear_backlash",
-    "joint_friction", "encoder_scale",
+    "gear_backlash_in_loop", "joint_friction", "encoder_scale",
 }  # fmt: skip
 
 

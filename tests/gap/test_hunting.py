@@ -1,0 +1,184 @@
+"""Joints that hunt between the flanks of a play: found in readings, not compared, and named."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gap.delegate import Without
+from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.diagnose import diagnose_study
+from gap.diagnosis.findings import Diagnosis, Verdict
+from gap.diagnosis.study import make_study
+from gap.interfaces import Cause
+from gap.residuals.hunting import Hunting, hunting_of, without_hunting
+from gap.residuals.parts import whole_parts
+from gap.search.candidates import at_hunting, candidates_of
+from model.values.arrays import FloatArray
+from record.trial.trial import Trial
+from robot.campaign.case import read_case
+from robot.cli.main import run as command
+from tests.gap.test_forms import STANDING
+from tests.gap.walks import simulator, walk
+from tests.soaked import THOROUGH
+
+IN_LOOP = "gear_backlash_in_loop"
+LAG = Cause("servo_lag", (), (0.05,))
+KEPT = {"gear_backlash", "servo_lag", "leg_stiffness", "friction_level"}
+ML = 1
+
+
+def swung(trial: Trial, angle_rad: FloatArray) -> Trial:
+    shaft = trial.shaft_rad.copy()
+    shaft[:, ML] += angle_rad
+    return replace(trial, shaft_rad=shaft)
+
+
+def in_the_air(trial: Trial) -> FloatArray:
+    """1 where the foot of ML bears nothing."""
+    return np.asarray(np.nan_to_num(trial.force_n[:, ML, 2]) < 0.5, dtype=np.float64)
+
+
+def hunting(trial: Trial, amplitude_rad: float = 0.03, hz: float = 9.0) -> Trial:
+    return swung(trial, amplitude_rad * in_the_air(trial) * np.sin(2 * np.pi * hz * trial.time_s))
+
+
+WALKS = [
+    walk(gait, 0.2, 10.0, [LAG], steer=0.05 * k, noise_seed=k)
+    for k, gait in enumerate(["tripod", "metachronal"] * 2)
+]
+
+
+@pytest.mark.parametrize("hz", [6.0, 12.0, 25.0])
+def test_a_joint_that_hunts_is_found_with_how_often_and_how_far(hz: float) -> None:
+    (one,) = hunting_of([hunting(trial, 0.03, hz) for trial in WALKS[:2]], WALKS[2:])
+    assert one.joint == "ML"
+    assert one.frequency_hz == pytest.approx(hz, rel=0.05)
+    assert one.amplitude_rad == pytest.approx(0.03, rel=0.15)
+    assert one.usual_rad == 0.0
+    share = np.mean([in_the_air(trial).mean() for trial in WALKS[:2]])
+    assert one.share == pytest.approx(share, abs=0.2)
+    assert one.chance < 1e-3
+    assert one.words.startswith("ML hunts ")
+    assert one.words.endswith("no reference does")
+
+
+def test_references_that_hunt_as_much_make_it_usual() -> None:
+    known = [hunting(trial, 0.02) for trial in WALKS[2:]]
+    assert hunting_of([hunting(WALKS[0], 0.03)], known) == ()
+    (more,) = hunting_of([hunting(WALKS[0], 0.06)], known)
+    assert more.usual_rad == pytest.approx(0.02, rel=0.15)
+    assert "references by 0.02 rad" in more.words
+
+
+def test_one_reference_says_nothing_of_how_a_healthy_machine_hunts() -> None:
+    assert hunting_of([hunting(WALKS[0])], WALKS[2:3]) == ()
+
+
+def missed(trial: Trial) -> FloatArray:
+    """A shaft that stands for a fifth of a second, now and then, and catches up."""
+    rng, out = np.random.default_rng(5), np.zeros(len(trial.time_s))
+    for at in rng.uniform(0.0, 9.0, 20):
+        out -= 0.08 * ((trial.time_s > at) & (trial.time_s < at + 0.2))
+    return out
+
+
+@pytest.mark.parametrize(
+    "moves",
+    [
+        lambda trial: np.zeros(len(trial.time_s)),
+        lambda trial: 0.03 * np.random.default_rng(1).standard_normal(len(trial.time_s)),
+        missed,
+        lambda trial: 0.03 * np.sin(2 * np.pi * 2.0 * trial.time_s),
+        lambda trial: 0.002 * np.sin(2 * np.pi * 9.0 * trial.time_s),
+        lambda trial: 0.03 * (np.abs(trial.time_s - 5.0) < 0.3) * np.sin(60.0 * trial.time_s),
+    ],
+    ids=["none", "noise", "missed steps", "slow", "small", "a blow that rings"],
+)
+def test_what_does_not_go_on_evenly_does_not_hunt(moves: object) -> None:
+    assert callable(moves)
+    assert hunting_of([swung(trial, moves(trial)) for trial in WALKS[:2]], WALKS[2:]) == ()
+
+
+def test_what_hunts_does_not_count_meanwhile_nor_does_its_foot() -> None:
+    trials = [hunting(trial) for trial in WALKS[:2]]
+    parts = whole_parts(simulator(), trials)
+    channels = simulator().channels
+    found = hunting_of(trials, WALKS[2:])
+    for before, part in zip(
+        parts, without_hunting(channels, "shaft_error", trials, parts, found), strict=True
+    ):
+        for i, channel in enumerate(channels):
+            hidden = before.observation.weight[:, i] - part.observation.weight[:, i]
+            of_it = channel.joint == "ML" and channel.name[:5] in {"shaft", "foot_"}
+            assert hidden.any() == of_it, channel.name
+        air = np.interp(
+            part.observation.time_s, trials[part.trial].time_s, in_the_air(trials[part.trial])
+        )
+        shaft = [i for i, c in enumerate(channels) if (c.name, c.joint) == ("shaft_error", "ML")]
+        assert part.observation.weight[air == 1.0][:, shaft].mean() < 0.05
+        assert part.observation.weight[air == 0.0][:, shaft].mean() > 0.6
+
+
+def test_a_joint_that_hunts_has_one_form_of_play_to_try() -> None:
+    found = (Hunting("ML", 9.0, 0.03, 0.0, 0.3, 1e-4),)
+    listed = at_hunting(candidates_of(simulator()), found)
+    there = [one for one in listed if one.family == ("gear_backlash", ("ML",))]
+    assert [(one.effect.name, one.price, one.hunts) for one in there] == [(IN_LOOP, 0.0, found[0])]
+    elsewhere = [one for one in listed if one.family == ("gear_backlash", ("HL",))]
+    assert len(elsewhere) == 3
+    assert not any(one.hunts for one in elsewhere)
+
+
+def answer(trials: Sequence[Trial], references: Sequence[Trial]) -> Diagnosis:
+    whole = simulator()
+    others = {effect.family for effect in whole.effects} - KEPT
+    study = make_study(trials, Without(whole, tuple(others)), references)
+    return diagnose_study(study, standing=(LAG,))
+
+
+def test_a_joint_that_hunts_for_no_reason_is_a_gap_that_nothing_explains() -> None:
+    """Without what a play does while the foot stands, the play is not believed."""
+    d = answer([hunting(trial) for trial in WALKS], WALKS)
+    assert d.verdict is Verdict.UNEXPLAINED
+    assert any(words.startswith("ML hunts") and "gears" in words for words in d.warnings)
+    (said,) = diagnosis_json(d)["hunting"]
+    assert said.joint == "ML"
+    assert answer([replace(trial) for trial in WALKS], WALKS).verdict is Verdict.NO_GAP
+
+
+@pytest.mark.parametrize(
+    ("reality", "form", "hunts"),
+    [
+        ("play_inside", "gear_backlash_in_loop", True),
+        pytest.param("play_outside", "gear_backlash_beyond_encoder", False, marks=THOROUGH),
+        pytest.param("usual", "gear_backlash", False, marks=THOROUGH),
+    ],
+)
+def test_a_play_is_named_in_the_form_that_loop_and_encoder_give_it(
+    reality: str, form: str, hunts: bool, tmp_path: Path
+) -> None:
+    """Physics of its own: the virtual servo has its motor, its gear and its loop."""
+
+    def walked(name: str, seed: int, gait: str, *effect: str) -> Path:
+        out = tmp_path / f"{name}{seed}.parquet"
+        words = ["sim", "run", "--fast", "--reality", reality, "--gait", gait, "--seed", str(seed)]
+        words += ["--frequency-hz", "0.2", "--seconds", "10", *effect, "--out", str(out)]
+        assert command(words) == 0
+        return out
+
+    given = ("--effect", "gear_backlash@ML:width_rad=0.1")
+    gaits = ("tripod", "metachronal")
+    trials = [walked("t", 81 + k, gait, *given) for k, gait in enumerate(gaits)]
+    healthy = [walked("h", 91 + k, gait) for k, gait in enumerate(2 * gaits)]
+    runs, whole = read_case(tuple(trials), tuple(healthy))
+    others = {effect.family for effect in whole.effects} - {*KEPT, "coulomb_friction", "leg_flex"}
+    study = make_study(runs.trials, Without(whole, tuple(others)), runs.references)
+    d = diagnose_study(study, standing=STANDING)
+    assert [(one.effect, one.joints, one.form) for one in d.causes[:1]] == [
+        ("gear_backlash", ("ML",), form)
+    ]
+    assert d.causes[0].values[0].value == pytest.approx(0.1, rel=0.5)
+    assert [one.joint for one in study.hunting] == (["ML"] if hunts else [])
