@@ -3,14 +3,17 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from scipy.ndimage import binary_erosion
 
 from gap.interfaces import Drive
 from model.effects.shafts import _held_back
 from model.kinematics.four_bar import FourBarKinematics
 from model.kinematics.legs import leg_kinematics
+from model.motion.filters import lagged
 from model.values.arrays import BoolArray, FloatArray
 from model.values.parameters import FourBarParameters
+from record.trial.trial import Trial
 from tests.gap.predictions import COULOMB, ML, Prediction, inside
 from tests.gap.walks import cause, command_trial, machine, walk
 
@@ -115,6 +118,64 @@ def test_backlash_lies_on_one_flank_or_the_other() -> None:
         assert np.isclose(np.median(play[free & rising]), -width / 2)
         assert np.isclose(np.median(play[free & falling]), width / 2)
         assert (np.abs(play[free]) < width / 4).any()
+
+
+@pytest.mark.parametrize("form", ["gear_backlash", "gear_backlash_beyond_encoder"])
+def test_the_zero_of_a_load_cell_holds_no_free_shaft_against_a_flank(form: str) -> None:
+    """A foot weighs half a newton; a load cell may be off by as much, and pushes at nothing."""
+    trial = walk("metachronal", 0.2, 6.0)
+    off = replace(trial, force_n=trial.force_n + np.array([0.0, 0.0, 0.8]))
+    name = "shaft_error" if form == "gear_backlash" else "foot_x"
+    moved = []
+    for one in (trial, off):
+        got, base = (
+            Prediction(one, causes, Drive.MEASURED)
+            for causes in ([cause(form, 0.03, legs=("ML",))], [])
+        )
+        moved.append((got[name] - base[name])[:, ML])
+    air = np.asarray(binary_erosion(trial_in_air(got, trial), iterations=8))
+    assert air.any()
+    assert np.ptp(moved[0][air]) > 0.5 * np.ptp(moved[0])
+    assert np.allclose(moved[1][air], moved[0][air], atol=0.02 * np.ptp(moved[0]))
+
+
+def trial_in_air(seen: Prediction, trial: Trial) -> BoolArray:
+    """Where the foot of ML bears nothing, at the frames of a prediction."""
+    bears = np.interp(seen.time_s, trial.time_s, trial.force_n[:, ML, 2])
+    return np.asarray(bears < 1e-3)
+
+
+def test_play_within_the_loop_is_taken_back_in_the_time_of_its_lag() -> None:
+    trial = walk("metachronal", 0.2, 10.0)
+    for drive in Drive:
+        lag = cause("servo_lag", 0.08)
+        for causes, constant_s in (([], 0.05), ([lag], 0.08)):
+            base = Prediction(trial, causes, drive)
+            plain, loop = (
+                Prediction(trial, [*causes, cause(form, 0.03, legs=("ML",))], drive)["shaft_error"]
+                - base["shaft_error"]
+                for form in ("gear_backlash", "gear_backlash_in_loop")
+            )
+            rest = plain[:, ML] - lagged(plain[:, ML], constant_s, base.time_s[1] - base.time_s[0])
+            assert np.allclose(inside(loop[:, ML] - rest), 0.0, atol=2e-3)
+            assert np.abs(inside(loop[:, ML])).max() < 0.03
+            assert np.abs(inside(loop[:, ML])).max() > 0.003
+            assert not np.delete(loop, ML, axis=1).any() or drive is Drive.COMMAND
+
+
+def test_play_beyond_the_encoder_moves_the_foot_and_not_the_reading() -> None:
+    trial = walk("metachronal", 0.2, 6.0)
+    unseen, seen = (
+        Prediction(trial, [cause(form, 0.03, legs=("ML",))], Drive.MEASURED)
+        for form in ("gear_backlash_beyond_encoder", "gear_backlash")
+    )
+    base = Prediction(trial, [], Drive.MEASURED)
+    assert np.array_equal(unseen["shaft_error"], base["shaft_error"])
+    place = (seen["shaft_error"] - base["shaft_error"])[:, ML]
+    moved = (unseen["foot_x"] - base["foot_x"])[:, ML]
+    lever = slopes(commands("metachronal", 0.2, 6.0, base.time_s))[:, ML, 0]
+    expected = lever * place
+    assert np.sqrt(np.mean(inside(moved - expected) ** 2)) < 0.15 * np.sqrt(np.mean(expected**2))
 
 
 def steadily(so: BoolArray) -> BoolArray:

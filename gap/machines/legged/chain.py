@@ -154,14 +154,14 @@ class LeggedChain:
         such a walk. Where none are measured, the body moves as while the shaft is between its flanks.
         """
         tight = self._plain_walk(known, settings.without(*PLAYS), drive, near)
+        load = tight.standing.load_n
         if felt_n is None:
             loose = self._plain_walk(known, self._loosened(settings), drive, near)
             force = foot_forces(tight)
-        else:
-            loose, force = tight, felt_n
+        else:  # in the air a load cell reads its zero, which is as much as a foot weighs
+            loose, force = tight, np.where((load > 0.0)[..., None], felt_n, 0.0)
         walked = feet(self._machine, known.grid, tight.shaft_rad, settings)
         slip = foot_slip(walked.signals.position_m, walked.rate_m_s, loose.sliding.velocity_B)
-        load = tight.standing.load_n
         return Flanks(force, strut_of(walked.signals, slip, load, measured=felt_n is not None))
 
     def _loosened(self, settings: Settings) -> Settings:
