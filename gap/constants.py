@@ -106,7 +106,11 @@ VIBRATION_CLEAR = Constant(
 )
 HUNTS_BY = Constant(
     2.0, "how much more a joint swings in the trials than in any reference, to hunt as they do not",
-    "by hand: with play in one gear more joints swing 6 to 10 times as much, without none does",
+    "by hand: with more play in its gear a joint swings 6 to 10 times as much, without none does",
+)  # fmt: skip
+HUNTS_SCATTER = Constant(
+    0.2, "scatter between days of the logarithm of how far a joint swings that hunts",
+    "by hand: it is 0.03 in references of one reality",
 )  # fmt: skip
 SHOWN = Constant(0.9, "share of such causes that a size said to be visible would show", THEORY)
 

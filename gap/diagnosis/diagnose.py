@@ -24,7 +24,7 @@ from gap.diagnosis.probability import (
     chances,
     clear_of_nothing,
     left_of,
-    none_of_all,
+    none_if_nothing,
     none_of_them,
 )
 from gap.diagnosis.second_look import second_look
@@ -144,6 +144,7 @@ class _Answer:
     verdict: Verdict
     detection: Detection | None
     change: RunChange | None
+    hunts: tuple[Hunting, ...]
     named: tuple[NamedCause, ...]
     rivals: tuple[RivalCause, ...]
     ambiguous: tuple[OpenRival, ...]
@@ -171,24 +172,27 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
     change = None if selection.steps else _change(comparison)
     p_change = change.chance if change else 1.0
     detection = detect(evidence, comparison.runs, selection.p, p_change) if known else None
-    hunts = bool(_hunts_for_nothing(comparison.study, selection))
-    exists = gap_exists(evidence, detection, selection, hunts)
+    hunts = _hunts_for_nothing(comparison.study, selection)
+    exists = gap_exists(evidence, detection, selection, bool(hunts))
     fit = _fit(comparison, selection, far)
     none = none_of_them(fit, len(selection.steps), bool(comparison.study.references))
     trends = trends_of(evidence, comparison.healthy, selection.fitted)
-    none = none_with(trends, none, p_change, hunts) if exists else 0.0
+    none = none_with(trends, none, p_change) if exists else 0.0
+    if hunts and not selection.steps:
+        none = 1.0
     errors = standard_errors(evidence, comparison.healthy, selection.fitted)
     clear = clear_of_nothing(selection, evidence.effects, errors)
     shared = chances(selection, evidence.block_part, none, fit.nats_after, clear)
-    none = none_of_all(none, clear)
+    none = none_if_nothing(none, clear)
     ambiguous = open_rivals(evidence, selection, [own for _, own in shared], fit.nats_after)
     named = named_causes(selection, [one for one, _ in shared], far, trends, errors, clear)
     # with references a small gap's share is lost in their scatter, and they judge what is left instead
     mostly = bool(comparison.study.references) or not far.shrink < MOSTLY
     return _Answer(
-        verdict_of(exists, named, none, ambiguous, mostly=mostly),
+        verdict_of(exists, named, none, ambiguous, mostly=mostly and not hunts),
         detection,
         change if detection is not None and detection.by_change else None,
+        hunts,
         named,
         tuple(rival for _, own in shared for rival in own),
         ambiguous,
@@ -249,6 +253,8 @@ def _diagnosis(
         for residual in (evidence.base, selection.fitted.residual)
     )
     stage = answer.change.stage if answer.change else before.stage
+    if answer.hunts:
+        stage = next(one.stage for one in study.simulator.effects if one.hunts)
     stage = answer.named[0].stage if answer.named else stage
     return Diagnosis(
         simulator=study.simulator.name,
@@ -279,6 +285,7 @@ def _diagnosis(
         next=runs,
         new_commands=new_commands((*study.fitted, *study.held), study.references),
         hunting=study.hunting,
+        hunts_for_nothing=answer.hunts,
         warnings=(
             *warnings_of(study, len(evidence.starts), answer.named, far, answer.detection),
             *resembling(answer.fit.left_there),

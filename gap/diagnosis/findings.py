@@ -172,6 +172,7 @@ class Diagnosis:
         detection: Whether there is a gap; None without enough references.
         change: What changes in the course of a run, if that is a gap and no cause is named; else None.
         hunting: Joints that hunt as in no reference; what they read meanwhile was not compared.
+        hunts_for_nothing: Those of them for which no cause was found.
         causes: Causes, the largest first.
         rivals: Alternatives fitted in their place.
         ambiguous: Alternatives that these runs leave open.
@@ -196,6 +197,7 @@ class Diagnosis:
     detection: Detection | None
     change: RunChange | None
     hunting: tuple[Hunting, ...]
+    hunts_for_nothing: tuple[Hunting, ...]
     causes: tuple[NamedCause, ...]
     rivals: tuple[RivalCause, ...]
     ambiguous: tuple[OpenRival, ...]
@@ -254,6 +256,11 @@ class Diagnosis:
                 f"There is a gap in the stage {self.change.stage}: {change_words(self.change)}. References "
                 "do not show this. Look for wear, heat, dust, a battery."
             )
+        if self.hunts_for_nothing and not self.causes:
+            return (
+                f"There is a gap in the stage {self.stage}: {self._hunting_words}. Look for play in its "
+                "gears, or too high a gain of its loop."
+            )
         place = f" in the stage {self.where.stage}" if self.where.stage else ""
         if not self.causes:
             nothing = "and no effect of the catalogue reduces it"
@@ -269,8 +276,14 @@ class Diagnosis:
         )
 
     @property
+    def _hunting_words(self) -> str:
+        return "; ".join(one.words for one in self.hunts_for_nothing)
+
+    @property
     def no_cause_words(self) -> str:
         """Say, where no cause is named, what there is instead."""
+        if self.hunts_for_nothing:
+            return self._hunting_words
         if self.change is None:
             return "no effect of the catalogue reduces it"
         return f"none by its mean; {change_words(self.change)}"

@@ -113,7 +113,8 @@ def clear_of_nothing(
     """Return the probability, of each cause, that its size is not one of nothing.
 
     Among all effects of a catalogue, the size of one is some standard errors from neutral by chance: that
-    of Sidak for so many (1967, doi:10.1080/01621459.1967.10482935). Where a joint hunts, one alone was
+    of Sidak for so many (1967, doi:10.1080/01621459.1967.10482935). Of several numbers the one that is
+    farthest counts: runs and models scatter all of them alike. Where a joint hunts, one effect alone was
     tried. A law has no size.
 
     Args:
@@ -126,14 +127,24 @@ def clear_of_nothing(
         each = effects[cause.effect].parameters
         own = zip(each, cause.values, errors[at : at + len(each)], strict=True)
         at += len(each)
-        away = [abs(v - p.neutral) / p.spread / e for p, v, e in own if not p.located and e > 0.0]
-        far = 1.0 - 2.0 * float(special.ndtr(-max(away, default=math.inf)))
+        away = [_away(v - p.neutral, p.spread * e) for p, v, e in own if not p.located]
+        far = 1.0 - 2.0 * float(special.ndtr(-max(away))) if away else 1.0
         out.append(far if step.chosen.added.hunts else far**families)
     return tuple(out)
 
 
-def none_of_all(none: float, clear: Sequence[float]) -> float:
-    """Return the probability of "none of these", of which each may be nothing."""
+def _away(size: float, error: float) -> float:
+    """Return standard errors from neutral; 0 where the error is not known."""
+    if error > 0.0:
+        return abs(size) / error
+    return math.inf if size != 0.0 and error == 0.0 else 0.0
+
+
+def none_if_nothing(none: float, clear: Sequence[float]) -> float:
+    """Return the probability of "none of these", raised by that of all named causes being nothing.
+
+    ``clear`` is ``clear_of_nothing`` of each.
+    """
     return none + (1.0 - none) * math.prod(1.0 - one for one in clear) if clear else none
 
 

@@ -1,6 +1,7 @@
 """How far the gap shrinks from one simulator to another: the proof of a corrected robot file."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from gap.delegate import Delegate
 from gap.diagnosis.how_far import HowFar, how_far
@@ -20,7 +21,9 @@ class _Switch(Delegate):
         self, before: Simulator, after: Simulator, progress: Callable[[float], None]
     ) -> None:
         super().__init__(before)
-        self.effects = (_CORRECTED,)
+        # what hunts is not compared, as in the diagnosis
+        hunts = next((one.hunts for one in before.effects if one.hunts), "")
+        self.effects = (replace(_CORRECTED, hunts=hunts),)
         self._after, self._progress, self._done = after, progress, 0
         self.expected = 1  # predictions in all
 

@@ -207,8 +207,7 @@ def _hunting(
     hunting = hunting_of(trials, references) if hidden else ()
     if not hunting:
         return (), fitted, held
-    (name,) = hidden
-    calm = partial(without_hunting, simulator.channels, name, trials, hunting=hunting)
+    calm = partial(without_hunting, simulator.channels, hidden, trials, hunting=hunting)
     return hunting, calm(fitted), calm(held)
 
 

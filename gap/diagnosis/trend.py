@@ -105,16 +105,11 @@ def trends_of(evidence: Evidence, healthy: Evidence | None, fitted: Fitted) -> t
     )
 
 
-def none_with(
-    trends: Sequence[Trend], none: float, p_change: float = 1.0, hunts: bool = False
-) -> float:
+def none_with(trends: Sequence[Trend], none: float, p_change: float = 1.0) -> float:
     """Return the probability of none of the catalogue, raised if something changes during the runs.
 
-    ``p_change`` is the chance of what was found to change where no cause is named, ``hunts`` whether a
-    joint hunts for which no cause does.
+    ``p_change`` is the chance of what was found to change where no cause is named.
     """
-    if hunts:
-        return 1.0
     sure = [one.chance * len(trends) / UNSTEADY_LEVEL for one in trends if one.surely(len(trends))]
     if p_change < CHANGE_LEVEL:
         sure.append(p_change / CHANGE_LEVEL)

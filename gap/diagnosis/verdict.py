@@ -19,6 +19,7 @@ from model.values.arrays import FloatArray
 
 FEW_BLOCKS = 6
 CLEARLY_LEFT = 1.0  # e-folds of energy
+HALF = 0.5  # probability
 LITTLE = 0.25  # share of the gap on held-out runs that is little for causes that are named
 
 
@@ -48,7 +49,7 @@ def verdict_of(
 ) -> Verdict:
     """Choose among the four; a cause on a bound of its values explains nothing.
 
-    Nor do causes that explain the lesser part (``mostly`` is not so).
+    Nor do causes that explain the lesser part, or leave a joint that hunts (``mostly`` is not so).
 
     It is not ambiguous for causes that explain next to nothing: the rest is what the simulator lacks.
     """
@@ -211,6 +212,11 @@ def warnings_of(
         )
     for one in named:
         place = place_words(one.effect, one.joints)
+        if one.clear < HALF:
+            yield (
+                f"{place}: its size is so few of its +- from nothing that, of so many effects, one has as "
+                "much by chance"
+            )
         if one.trend.surely(len(named)):
             size = 100.0 * one.trend.growth
             yield (

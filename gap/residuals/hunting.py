@@ -6,30 +6,36 @@ where it lasts, the joint's own readings say nothing else. It is faster than the
 so it is sought in the readings as they were recorded.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 from scipy import special
 
-from gap.constants import HUNTS_BY, STEADY_SCATTER
+from gap.constants import FALSE_ALARMS, HUNTS_BY, HUNTS_SCATTER
 from gap.interfaces import Channel
 from gap.residuals.parts import TrialPart
 from gap.residuals.vibration import STEADY_FREE
 from model.values.arrays import BoolArray, FloatArray, readonly
 from record.trial.trial import Trial
 
+FEWEST_REFERENCES = 3  # from which it is known how a healthy machine hunts
 SLOWEST_HZ = 3.0  # motions of gaits are slower
 ABOVE = 1.5  # times that: blows and pauses of all lengths leave most just above
 LEAST_RATE_HZ = 20.0  # of readings that show it
 FEWEST_SWINGS = 10  # half periods on end, which a blow or a change of load does not bring
 FEW_SWINGS = 4  # from which a joint that is known to hunt does so
 EVEN = (0.5, 2.0)  # of the middle half period: readings cut some short
+KEEPS = (
+    0.5  # share of its height that hunting keeps at the end of a run of swings; what rings does not
+)
 LEAST_NOISE = 6.0  # standard deviations of a reading that a swing has
 NOISE_RAD = 0.0005  # of shafts whose noise is not given: a third of a count of 4096
-# Of the time. A blow rings for less; what goes on under load, where a shaft lies against a flank, is noise.
-LEAST_SHARE, MOST_SHARE = 0.15, 0.8
+# Of the time, and of its height what is left at other times. What goes on under load, where a shaft lies
+# against a flank, is noise.
+SELDOM, ALWAYS, AT_REST = 0.1, 0.75, 0.25
 AROUND_S = 0.25  # before and after, while it comes and goes
 ORDER = 4
 
@@ -43,7 +49,7 @@ class Hunting:
         amplitude_rad: Distance of a swing from the middle.
         usual_rad: The same of references; 0 where they do not hunt.
         share: Of the time of the trials.
-        chance: Of so much more than references in a healthy machine.
+        chance: Of so much more than references at any joint of a healthy machine.
     """
 
     joint: str
@@ -65,50 +71,60 @@ class Hunting:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Swings:
-    """Swings of one joint in one run, and the spans of time in which they last, (S, 2)."""
+    """Even swings of one joint in one run, and the spans of time in which it hunts, (S, 2)."""
 
     half_s: FloatArray
     height: FloatArray
     spans_s: FloatArray
+    run_s: float
 
     @property
     def amplitude(self) -> float:
         return float(np.median(self.height)) if len(self.height) else 0.0
 
-
-_REST = _Swings(np.zeros(0), np.zeros(0), np.zeros((0, 2)))
+    @property
+    def lasts_s(self) -> float:
+        return float(np.diff(self.spans_s).sum())
 
 
 def hunting_of(trials: Sequence[Trial], references: Sequence[Trial]) -> tuple[Hunting, ...]:
     """Return the joints that hunt in most trials, more than in any reference.
 
-    None without two references: how a healthy machine hunts is not known then.
+    None without three references whose readings would show it: how a healthy machine hunts is not known
+    then. A joint counts if the chance of so much at any joint of a healthy machine is below 5 %.
     """
-    if len(references) < 2 or not trials:
-        return ()
-    out = []
-    for at, joint in enumerate(trials[0].header.joints):
-        own = [_swings(trial, at) for trial in trials]
-        if not any(len(one.height) for one in own):
-            continue
-        usual = max(_swings(trial, at).amplitude for trial in references)
-        least = max(usual, LEAST_NOISE * max(map(_noise_of, (*trials, *references))))
-        hunts = [one for one in own if one.amplitude > HUNTS_BY * usual]
-        if 2 * len(hunts) <= len(own):
-            continue
-        half_s = float(np.median(np.concatenate([one.half_s for one in hunts])))
-        height = float(np.median(np.concatenate([one.height for one in hunts])))
-        time_s = sum(float(trial.time_s[-1] - trial.time_s[0]) for trial in trials)
-        share = sum(float(np.diff(one.spans_s).sum()) for one in hunts) / time_s
-        if not LEAST_SHARE < share < MOST_SHARE:
-            continue
-        out.append(Hunting(joint, 0.5 / half_s, height, usual, share, _chance(height / least)))
-    return tuple(out)
+    joints = trials[0].header.joints if trials else ()
+    each = (_hunts(joint, at, len(joints), trials, references) for at, joint in enumerate(joints))
+    return tuple(one for one in each if one is not None)
+
+
+def _hunts(
+    joint: str, at: int, joints: int, trials: Sequence[Trial], references: Sequence[Trial]
+) -> Hunting | None:
+    own = [one for trial in trials if (one := _swings(trial, at)) is not None]
+    if not any(len(one.height) for one in own):
+        return None
+    known = [one for trial in references if (one := _swings(trial, at)) is not None]
+    if len(known) < FEWEST_REFERENCES:
+        return None
+    usual = max(one.amplitude for one in known)
+    # what is smaller would not have been seen
+    least = max(usual, LEAST_NOISE * max(map(_noise_of, (*trials, *references))))
+    hunts = [one for one in own if one.amplitude > HUNTS_BY * least]
+    if 2 * len(hunts) <= len(own):
+        return None
+    half_s = float(np.median(np.concatenate([one.half_s for one in hunts])))
+    height = float(np.median(np.concatenate([one.height for one in hunts])))
+    share = sum(one.lasts_s for one in hunts) / sum(one.run_s for one in own)
+    chance = min(1.0, joints * _chance(height / least))
+    if chance >= FALSE_ALARMS or not SELDOM < share < ALWAYS:
+        return None
+    return Hunting(joint, 0.5 / half_s, height, usual, share, chance)
 
 
 def _chance(ratio: float) -> float:
     """Chance of a swing so much larger than any that was seen, or could have been, in references."""
-    return float(special.stdtr(STEADY_FREE, -max(np.log(ratio), 0.0) / STEADY_SCATTER))
+    return float(special.stdtr(STEADY_FREE, -math.log(max(ratio, 1.0)) / HUNTS_SCATTER))
 
 
 def _noise_of(trial: Trial) -> float:
@@ -118,59 +134,73 @@ def _noise_of(trial: Trial) -> float:
 
 def without_hunting(
     channels: Sequence[Channel],
-    hidden: str,
+    hidden: Set[str],
     trials: Sequence[Trial],
     parts: Sequence[TrialPart],
     hunting: Sequence[Hunting],
 ) -> tuple[TrialPart, ...]:
     """Return parts in which what hunts does not count meanwhile.
 
-    That is the channel ``hidden`` of the same joint, and where its foot is.
+    That is the channels ``hidden`` of the same joint, and where the foot of its leg is.
     """
     out = []
     for part in parts:
         trial, weight = trials[part.trial], part.observation.weight.copy()
         time_s = part.observation.time_s
         for one in hunting:
-            spans_s = _swings(trial, trial.header.joints.index(one.joint)).spans_s
+            seen = _swings(trial, trial.header.joints.index(one.joint))
             frames = np.zeros(len(time_s), dtype=bool)
-            for begin_s, end_s in spans_s:
-                frames |= (time_s >= begin_s) & (time_s <= end_s)
+            for begin_s, end_s in seen.spans_s if seen else ():
+                frames |= _around(time_s, begin_s, end_s)
+            legs = {leg for leg in trial.header.legs if f"{one.joint}_".startswith(f"{leg}_")}
             for i, channel in enumerate(channels):
-                if channel.joint == one.joint and (
-                    channel.name == hidden or channel.stage == "kinematics"
-                ):
+                reads = channel.joint == one.joint and channel.name in hidden
+                foot = channel.joint in {one.joint, *legs} and channel.stage == "kinematics"
+                if reads or foot:
                     weight[frames, i] = 0.0
         out.append(replace(part, observation=replace(part.observation, weight=readonly(weight))))
     return tuple(out)
 
 
-def _swings(trial: Trial, joint: int) -> _Swings:
-    """Long even runs of swings about the running mean, each higher than noise."""
+def _around(time_s: FloatArray, begin_s: float, end_s: float) -> BoolArray:
+    return (time_s >= begin_s - AROUND_S) & (time_s <= end_s + AROUND_S)
+
+
+def _swings(trial: Trial, joint: int) -> _Swings | None:
+    """Swings about the running mean; None where the readings would not show them."""
     time_s = trial.time_s - trial.time_s[0]
     known = np.isfinite(trial.shaft_rad[:, joint])
     rate_hz = 1.0 / float(np.median(np.diff(time_s[known]))) if known.sum() > 1 else 0.0
-    if rate_hz < LEAST_RATE_HZ or known.sum() < rate_hz:
-        return _REST
+    run_s = float(time_s[known][-1] - time_s[known][0]) if known.any() else 0.0
+    if rate_hz < LEAST_RATE_HZ or run_s < 1.0:
+        return None
+    nothing = _Swings(np.zeros(0), np.zeros(0), np.zeros((0, 2)), run_s)
     even_s = np.arange(time_s[known][0], time_s[known][-1], 1.0 / rate_hz)
     angle = np.interp(even_s, time_s[known], trial.shaft_rad[known, joint])
     fast = _fast(angle, round(rate_hz, 3))
     cross = np.flatnonzero((fast[:-1] < 0.0) != (fast[1:] < 0.0))
     if len(cross) <= FEWEST_SWINGS:
-        return _REST
+        return nothing
     at_s = even_s[cross] - fast[cross] / (fast[cross + 1] - fast[cross]) / rate_hz
     half_s, height = np.diff(at_s), np.maximum.reduceat(np.abs(fast), cross + 1)[:-1]
     high = height > LEAST_NOISE * _noise_of(trial)
-    even = _in_even_runs(high & (half_s < 0.5 / (ABOVE * SLOWEST_HZ)), half_s)
+    even = _in_even_runs(high & (half_s < 0.5 / (ABOVE * SLOWEST_HZ)), half_s, height)
     if not even.any():
-        return _REST
+        return nothing
     short = half_s < EVEN[1] * float(np.median(half_s[even]))
-    spans_s = [
-        (at_s[first] - AROUND_S, at_s[last] + AROUND_S)
-        for first, last in _runs(high & short)
-        if last - first >= FEW_SWINGS
-    ]
-    return _Swings(half_s[even], height[even], np.array(spans_s).reshape(-1, 2))
+    spans_s = [(at_s[a], at_s[b]) for a, b in _runs(high & short) if b - a >= FEW_SWINGS]
+    hunts = np.zeros(len(even_s), dtype=bool)
+    for begin_s, end_s in spans_s:
+        hunts |= _around(even_s, begin_s, end_s)
+    rest = np.abs(fast[~hunts])
+    if len(rest) and np.median(rest) > AT_REST * np.median(height[even]):
+        return nothing
+    return replace(
+        nothing,
+        half_s=half_s[even],
+        height=height[even],
+        spans_s=np.array(spans_s).reshape(-1, 2),
+    )
 
 
 def _runs(on: BoolArray) -> list[tuple[int, int]]:
@@ -179,15 +209,19 @@ def _runs(on: BoolArray) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def _in_even_runs(high: BoolArray, half_s: FloatArray) -> BoolArray:
-    """Which swings are in long runs of high ones that are about as long."""
+def _in_even_runs(high: BoolArray, half_s: FloatArray, height: FloatArray) -> BoolArray:
+    """Which swings are in long runs of high ones that are about as long, and do not ring down."""
     even = np.zeros(len(high), dtype=bool)
     for first, last in _runs(high):
         middle = float(np.median(half_s[first:last]))
         alike = (half_s > EVEN[0] * middle) & (half_s < EVEN[1] * middle)
         alike[:first], alike[last:] = False, False
         for begin, end in _runs(alike):
-            if end - begin >= FEWEST_SWINGS:
+            third = (end - begin) // 3
+            if end - begin < FEWEST_SWINGS:
+                continue
+            before, after = height[begin : begin + third], height[end - third : end]
+            if np.median(after) > KEEPS * np.median(before):
                 even[begin:end] = True
     return even
 

@@ -133,7 +133,8 @@ class Look:
         if self.known is None:
             return 0.0
         one = self._chance_of_one(option, self.known)
-        if hunts := option.added.hunts:  # which of all candidates it is, was seen before any fit
+        hunts = option.added.hunts
+        if hunts and one < OPEN_LEVEL:  # which of all candidates it is, was seen before any fit
             return _both(one, hunts.chance)
         chance = self.known.search.among_all(
             min(1.0, option.added.forms * one), option.added.family
@@ -203,8 +204,7 @@ class Look:
             fresh = sorted(with_seen_edges(self.evidence, made), key=rank)
             options += fresh
             for one in fresh:
-                enough = worth(one.over, len(one.added.effect.parameters), len(one.unseen))
-                if not enough and not one.added.hunts:
+                if not worth(one.over, len(one.added.effect.parameters), len(one.unseen)):
                     continue
                 if too_small(one.cause, one.added.effect, self.search.least_size):
                     continue
@@ -216,12 +216,15 @@ class Look:
                     rivals = [
                         other
                         for other in options
-                        if other not in known
+                        if not best.added.hunts
+                        and not other.added.hunts
+                        and other not in known
                         and other is not best
-                        and bool(other.added.hunts) == bool(best.added.hunts)
                     ]
                     return best, p, tuple(sorted(rivals, key=rank))
                 if self.healthy is None:
+                    if one.added.hunts:  # it was looked at before the others
+                        continue
                     return one, 1.0, ()
                 usual.append((one, p))  # healthy runs show it as well: no rival of what is new
                 least_p = min(least_p, max(p, level))

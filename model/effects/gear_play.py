@@ -16,14 +16,16 @@ from model.effects.signals import FootSignals
 from model.motion.filters import play
 from model.values.arrays import FloatArray
 
-# A shaft in the air is dragged against its rear flank by its bearings. All three are assumed. A drag of a
-# fifth of the weight, as once, held shafts back that had fallen.
 PLAY = "gear_backlash"
 PLAY_IN_LOOP = "gear_backlash_in_loop"
 UNSEEN_PLAY = "gear_backlash_beyond_encoder"
 PLAYS = (PLAY, PLAY_IN_LOOP, UNSEEN_PLAY)
-# In which a position loop takes back what moves its shaft, where no lag of the servo is known; assumed.
+# Time constant in which a position loop brings its shaft back, where no lag of the servo is known; assumed.
 LOOP_S = 0.05
+# How far the zero of a load cell may be off: as much as decides where a foot in the air hangs. Assumed.
+ZERO_OFF_N = 2.0
+# A shaft in the air is dragged against its rear flank by its bearings. All three are assumed. A drag of a
+# fifth of the weight, as once, held shafts back that had fallen.
 BEARING_DRAG_NM = 0.0005
 BEARING_DAMPING_NM_S = 0.02
 FOOT_WEIGHT_N = 0.5

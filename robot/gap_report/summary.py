@@ -78,7 +78,7 @@ def _to_do(d: Diagnosis, json: Path | None) -> list[str]:
         lines.append(f"what to do{about}: {one.remedy}")
     if d.change is not None:
         lines.append(f"what to do, before and after a run: {d.change.remedy}")
-    if d.verdict is Verdict.UNEXPLAINED and not lines:
+    if d.verdict is Verdict.UNEXPLAINED and not lines and not d.hunts_for_nothing:
         lines.append(LOOK_THERE)
     if d.verdict is Verdict.AMBIGUOUS:
         run = "bigant gap next" if legged else NOT_LEGGED

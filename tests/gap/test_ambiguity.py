@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
-from gap.diagnosis.probability import blur_of, chances, clear_of_nothing, none_of_all, weight_of
+from gap.diagnosis.probability import blur_of, chances, clear_of_nothing, none_if_nothing, weight_of
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.residuals.hunting import Hunting
@@ -69,10 +69,10 @@ def test_a_size_of_two_errors_is_one_of_nothing_among_many_effects() -> None:
     assert clear(2.0, hunting) == pytest.approx(0.9545, rel=1e-3), "one alone was tried"
     law = Selection(replace(option.fitted, causes=()), option.unseen, ())
     assert clear_of_nothing(law, BY_NAME, np.zeros(0)) == ()
-    assert none_of_all(0.1, ()) == 0.1
-    assert none_of_all(0.1, (0.0,)) == 1.0
-    assert none_of_all(0.1, (0.5, 1.0)) == pytest.approx(0.1), "one is surely there"
-    assert none_of_all(0.1, (0.5, 0.5)) == pytest.approx(0.325)
+    assert none_if_nothing(0.1, ()) == 0.1
+    assert none_if_nothing(0.1, (0.0,)) == 1.0
+    assert none_if_nothing(0.1, (0.5, 1.0)) == pytest.approx(0.1), "one is surely there"
+    assert none_if_nothing(0.1, (0.5, 0.5)) == pytest.approx(0.325)
 
 
 def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:

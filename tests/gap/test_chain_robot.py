@@ -2,6 +2,7 @@
 
 import json
 import runpy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,8 @@ import pytest
 
 from gap.interfaces import Cause, Drive, Scope, place_words
 from gap.machines.legged.simulator import LeggedSimulator
+from gap.residuals.hunting import hunting_of, without_hunting
+from gap.residuals.parts import whole_parts
 from gap.search.candidates import candidates_of
 from model.effects.causes import check_cause
 from model.effects.grid import make_grid
@@ -173,3 +176,24 @@ def test_a_robot_file_may_have_effects_of_joints_and_legs(tmp_path: Path) -> Non
         lab.write_text(text + wrong, encoding="utf-8")
         with pytest.raises(ConfigError, match=words):
             load_robot(lab, driven=False)
+
+
+def test_a_joint_that_hunts_hides_its_own_readings_and_where_the_foot_of_its_leg_is(
+    walks: tuple[tuple[Path, Trial], ...],
+) -> None:
+    trials = [trial for _, trial in walks]
+    known = trials[:3]
+    joint = known[0].header.joints.index("LM_femur")
+    time_s = trials[0].time_s
+    shaft = trials[0].shaft_rad.copy()
+    # by half of each second, as if unloaded then
+    shaft[:, joint] += 0.05 * (np.mod(time_s, 1.0) < 0.5) * np.sin(2 * np.pi * 12.0 * time_s)
+    seen = replace(trials[0], shaft_rad=shaft)
+    found = hunting_of([seen], known)
+    assert [one.joint for one in found] == ["LM_femur"]
+    simulator = LeggedSimulator(machine())
+    (part,) = whole_parts(simulator, [seen])
+    (hidden,) = without_hunting(simulator.channels, {"shaft_error"}, [seen], [part], found)
+    changed = np.any(hidden.observation.weight != part.observation.weight, axis=0)
+    names = {(c.name, c.joint) for c, on in zip(simulator.channels, changed, strict=True) if on}
+    assert names == {("shaft_error", "LM_femur"), *((f"foot_{axis}", "LM") for axis in "xyz")}

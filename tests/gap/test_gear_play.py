@@ -5,7 +5,7 @@ import pytest
 
 import gap.machines.legged.passes as passes
 from gap.interfaces import Drive
-from gap.machines.legged.chain import LeggedChain
+from gap.machines.legged.chain import LeggedChain, _without_zeros
 from gap.search.candidates import away_starts
 from model.effects.gear_play import (
     FALL_WINDOW_S,
@@ -134,3 +134,12 @@ def test_a_play_is_looked_for_at_its_usual_size() -> None:
     assert effect.curved
     ((start,),) = away_starts(effect)
     assert start == pytest.approx(2.0 * effect.parameters[0].spread)
+
+
+def test_what_a_foot_bears_where_none_was_predicted_is_no_zero_of_its_load_cell() -> None:
+    """A leg that is longer than drawn touches down early: its force decides the flank all the same."""
+    force = np.array([[[0.3, 0.0, -0.6], [0.0, 1.0, 14.0], [0.0, 0.0, 0.5]]])
+    load = np.array([[0.0, 0.0, 3.0]])
+    kept = _without_zeros(force, load)
+    assert np.array_equal(kept[0, 0], np.zeros(3))
+    assert np.array_equal(kept[0, 1:], force[0, 1:])

@@ -14,7 +14,7 @@ from typing import Any
 from benchmarks.gap.constants.figures import JudgedCase
 from gap.check.cases import NO_GAP, UNEXPLAINED, CaseAnswer, CheckedCase
 from gap.constants import MOSTLY, NONE_LIKELY
-from gap.diagnosis.probability import Fit, blur_of, none_of_all, none_of_them, weight_of
+from gap.diagnosis.probability import Fit, blur_of, none_if_nothing, none_of_them, weight_of
 from gap.diagnosis.trend import Trend, none_with
 from gap.search.cross_validation import Advantage
 from robot.campaign.answers import files_of, read_labels
@@ -51,13 +51,15 @@ def _again(answer: CaseAnswer, found: Found) -> CaseAnswer:
     known = {field.name for field in fields(Fit)}  # answers of earlier engines have others, too
     fit = Fit(**{name: value for name, value in found["fit"].items() if name in known})
     none = none_of_them(fit, len(answer.named), answer.referenced)
-    none = none_with(_trends(found), none, _p_change(found), _hunts(found))
+    none = none_with(_trends(found), none, _p_change(found))
+    if _hunts(found) and not answer.named:
+        none = 1.0
     clear = [float(one.get("clear", 1.0)) for one in found["causes"]]
     named = tuple(
         replace(one, probability=_probability(found, one.effect, list(one.joints), none, fit))
         for one in answer.named
     )
-    none = none_of_all(none, clear)
+    none = none_if_nothing(none, clear)
     verdict = answer.verdict
     if none > NONE_LIKELY:
         verdict = UNEXPLAINED
@@ -91,7 +93,7 @@ def _would_do(answer: CaseAnswer, found: Found) -> bool:
     """Whether nothing but the probability of "none of these" keeps causes from being an explanation."""
     on_bound = any(one["on_bound"] for one in found["causes"])
     shrink = found["gap"]["shrink"]
-    mostly = answer.referenced or shrink is None or shrink >= MOSTLY
+    mostly = not _hunts(found) and (answer.referenced or shrink is None or shrink >= MOSTLY)
     return bool(answer.named) and mostly and not on_bound
 
 

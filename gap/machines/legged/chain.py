@@ -20,6 +20,7 @@ from model.effects.gear_play import (
     LOOSE_PUSH,
     PLAYS,
     UNSEEN_PLAY,
+    ZERO_OFF_N,
     foot_weight_torque,
     in_play,
     strut_of,
@@ -158,8 +159,8 @@ class LeggedChain:
         if felt_n is None:
             loose = self._plain_walk(known, self._loosened(settings), drive, near)
             force = foot_forces(tight)
-        else:  # in the air a load cell reads its zero, which is as much as a foot weighs
-            loose, force = tight, np.where((load > 0.0)[..., None], felt_n, 0.0)
+        else:
+            loose, force = tight, _without_zeros(felt_n, load)
         walked = feet(self._machine, known.grid, tight.shaft_rad, settings)
         slip = foot_slip(walked.signals.position_m, walked.rate_m_s, loose.sliding.velocity_B)
         return Flanks(force, strut_of(walked.signals, slip, load, measured=felt_n is not None))
@@ -278,6 +279,15 @@ class LeggedChain:
         return self._known_feet.of(
             (angles,), looked_at, lambda: feet(self._machine, known.grid, angles, looked_at)
         )
+
+
+def _without_zeros(force_n: FloatArray, load_n: FloatArray) -> FloatArray:
+    """Measured forces, (W, N, 3), without the zeros that load cells read of feet in the air.
+
+    These are feet with neither a predicted load, (W, N), nor a force that is more than a zero.
+    """
+    zero = (load_n <= 0.0) & (np.linalg.norm(force_n, axis=2) < ZERO_OFF_N)
+    return np.where(zero[..., None], 0.0, force_n)
 
 
 def _as_perfect(inputs: LeggedInputs, settings: Settings) -> LeggedInputs:
