@@ -178,8 +178,8 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
     none = none_of_them(fit, len(selection.steps), bool(comparison.study.references))
     trends = trends_of(evidence, comparison.healthy, selection.fitted)
     none = none_with(trends, none, p_change) if exists else 0.0
-    if hunts and not selection.steps:
-        none = 1.0
+    if exists and not selection.steps:
+        none = 1.0  # nothing of it is named
     errors = standard_errors(evidence, comparison.healthy, selection.fitted)
     clear = clear_of_nothing(selection, evidence.effects, errors)
     shared = chances(selection, evidence.block_part, none, fit.nats_after, clear)

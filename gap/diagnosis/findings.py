@@ -263,7 +263,7 @@ class Diagnosis:
             )
         place = f" in the stage {self.where.stage}" if self.where.stage else ""
         if not self.causes:
-            nothing = "and no effect of the catalogue reduces it"
+            nothing = "and no effect of the catalogue reduces it on held-out runs"
             return f"There is a gap{place}, {nothing}.{self._new_ground}"
         one, share = len(self.causes) == 1, percent_words(self.fit.closed)
         comes, explains = ("comes", "explains") if one else ("come", "explain")

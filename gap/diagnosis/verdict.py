@@ -33,7 +33,7 @@ def gap_exists(
     if selection.steps or hunts:
         return True
     if detection is not None:
-        return detection.by_energy or detection.by_change
+        return detection.below
     excess, count = evidence.excess(evidence.base), evidence.count.sum(axis=0)
     limit = np.fmax(CLEAR_EXCESS, 1.0 + 5.0 * np.sqrt(2.0 / np.fmax(count, 1.0)))
     return bool(np.any(excess > limit))
@@ -199,7 +199,7 @@ def warnings_of(
     if detection is not None and detection.below and only_by_cause and not named:
         yield (
             "a cause fitted to these runs is larger than in the references, but held-out runs are "
-            "predicted worse with it: no gap is reported; record more runs if you suspect one"
+            "predicted worse with it, so it is not named: record more runs"
         )
     if not named and (currents := current_words(study)):
         yield currents

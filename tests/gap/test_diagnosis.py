@@ -14,9 +14,11 @@ from gap.diagnosis.detection import Detection
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.diagnosis.study import make_study
-from gap.diagnosis.verdict import warnings_of
+from gap.diagnosis.verdict import gap_exists, verdict_of, warnings_of
 from gap.interfaces import Cause, Scope
 from gap.residuals.pool import prediction_pool
+from gap.search.fit import fit_causes
+from gap.search.look import Selection
 from model.errors import GapError
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
@@ -126,12 +128,17 @@ def _false_alarms(count: int) -> int:
     return alarms
 
 
-def test_a_cause_that_held_out_runs_speak_against_is_no_gap_and_said() -> None:
+def test_a_cause_that_held_out_runs_speak_against_is_a_gap_without_a_name_and_said() -> None:
     trials, known = toy_case(seed=10, wander=0.01), toy_references(10, wander=0.01)
     d = diagnose(trials, Toy(), known)
     assert d.verdict is Verdict.NO_GAP
     study = make_study(trials, Toy(), known)
     shown = Detection(True, 0.02, 0.01, 0.6, 1.0, 0.14, 6)
+    evidence = study.evidence(study.local)
+    empty = Selection(fit_causes(evidence, ()), np.zeros(len(evidence.starts)), ())
+    assert gap_exists(evidence, shown, empty)
+    assert not gap_exists(evidence, d.detection, empty)
+    assert verdict_of(True, (), 1.0, ()) is Verdict.UNEXPLAINED
     (said,) = set(warnings_of(study, 50, (), d.far, shown)) - set(
         warnings_of(study, 50, (), d.far, d.detection)
     )

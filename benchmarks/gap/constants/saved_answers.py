@@ -52,7 +52,7 @@ def _again(answer: CaseAnswer, found: Found) -> CaseAnswer:
     fit = Fit(**{name: value for name, value in found["fit"].items() if name in known})
     none = none_of_them(fit, len(answer.named), answer.referenced)
     none = none_with(_trends(found), none, _p_change(found))
-    if _hunts(found) and not answer.named:
+    if not answer.named:
         none = 1.0
     clear = [float(one.get("clear", 1.0)) for one in found["causes"]]
     named = tuple(
