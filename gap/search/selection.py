@@ -134,7 +134,7 @@ def _idle(effect: Effect, cause: Cause) -> bool:
         abs(value - p.neutral) < IDLE * p.spread
         for p, value in zip(effect.parameters, cause.values, strict=True)
     )
-    return bool(effect.parameters) and (nothing or too_small(cause, effect))
+    return bool(effect.parameters) and not effect.law and (nothing or too_small(cause, effect))
 
 
 def closed_share(evidence: Evidence, residual: FloatArray) -> float:

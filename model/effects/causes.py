@@ -82,6 +82,7 @@ class Effect:
         shaking: What vibrates with it, faster than a model's frames follow; None if nothing does.
         hunts: Name of the channel that swings at the joint that has it, faster than frames follow; empty
             if none does.
+        law: Whether it is another law with numbers of its own, which is there at their neutral values, too.
         least_size: Spreads from neutral that it must have to be named: machines built alike differ by as
             much as a smaller one.
     """
@@ -105,6 +106,7 @@ class Effect:
     rough: bool = field(default=False, kw_only=True)
     shaking: Shaking | None = field(default=None, kw_only=True)
     hunts: str = field(default="", kw_only=True)
+    law: bool = field(default=False, kw_only=True)
     least_size: float = field(default=0.0, kw_only=True)
 
     @property

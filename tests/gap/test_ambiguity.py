@@ -67,8 +67,13 @@ def test_a_size_of_two_errors_is_one_of_nothing_among_many_effects() -> None:
     assert clear(0.5) < 1e-3
     hunting = replace(delay, hunts=Hunting("a", 9.0, 0.03, 0.0, 0.3, 1e-4))
     assert clear(2.0, hunting) == pytest.approx(0.9545, rel=1e-3), "one alone was tried"
-    law = Selection(replace(option.fitted, causes=()), option.unseen, ())
-    assert clear_of_nothing(law, BY_NAME, np.zeros(0)) == ()
+    law = Candidate(replace(effect, law=True), ())
+    step = Step(replace(option, added=law), ())
+    found = Selection(option.fitted, option.unseen, (step,))
+    assert clear_of_nothing(found, {"delay": law.effect}, np.array([1e3])) == (1.0,)
+    assert clear_of_nothing(found, BY_NAME, np.array([np.nan])) == (0.0,), "not known is not sure"
+    none = Selection(replace(option.fitted, causes=()), option.unseen, ())
+    assert clear_of_nothing(none, BY_NAME, np.zeros(0)) == ()
     assert none_if_nothing(0.1, ()) == 0.1
     assert none_if_nothing(0.1, (0.0,)) == 1.0
     assert none_if_nothing(0.1, (0.5, 1.0)) == pytest.approx(0.1), "one is surely there"

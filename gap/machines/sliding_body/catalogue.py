@@ -1,5 +1,7 @@
 """The catalogue of ``sliding_body``."""
 
+from dataclasses import replace
+
 from gap.interfaces import Effect, Parameter, Scope
 
 STAGES = ("support", "friction", "sensing")
@@ -13,9 +15,9 @@ def _effect(
 
 
 CATALOGUE = (
-    _effect("coulomb_friction", "friction", (Parameter("mu", "", 0.2, 0.0, 2.0, 0.2),),
+    replace(_effect("coulomb_friction", "friction", (Parameter("mu", "", 0.2, 0.0, 2.0, 0.2),),
             "Friction does not grow with speed: mu times the weight, against the motion.",
-            "Use Coulomb's law in the simulator."),
+            "Use Coulomb's law in the simulator."), law=True),
     _effect("speed_dependence", "friction", (Parameter("per_m_s", "s/m", 0.0, -2.0, 10.0, 0.5),),
             "The coefficient of friction changes with speed, by this share for each m/s.",
             "Measure friction at two speeds."),
