@@ -9,7 +9,6 @@ so it is sought in the readings as they were recorded.
 import math
 from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 from scipy import special
@@ -17,7 +16,7 @@ from scipy import special
 from gap.constants import FALSE_ALARMS, HUNTS_BY, HUNTS_SCATTER
 from gap.interfaces import Channel
 from gap.residuals.parts import TrialPart
-from gap.residuals.vibration import STEADY_FREE
+from gap.residuals.vibration import STEADY_FREE, fast_part
 from model.values.arrays import BoolArray, FloatArray, readonly
 from record.trial.trial import Trial
 
@@ -37,7 +36,6 @@ NOISE_RAD = 0.0005  # of shafts whose noise is not given: a third of a count of 
 # against a flank, is noise.
 SELDOM, ALWAYS, AT_REST = 0.1, 0.75, 0.25
 AROUND_S = 0.25  # before and after, while it comes and goes
-ORDER = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +175,7 @@ def _swings(trial: Trial, joint: int) -> _Swings | None:
     nothing = _Swings(np.zeros(0), np.zeros(0), np.zeros((0, 2)), run_s)
     even_s = np.arange(time_s[known][0], time_s[known][-1], 1.0 / rate_hz)
     angle = np.interp(even_s, time_s[known], trial.shaft_rad[known, joint])
-    fast = _fast(angle, round(rate_hz, 3))
+    fast = fast_part(angle, SLOWEST_HZ / round(rate_hz, 3))
     cross = np.flatnonzero((fast[:-1] < 0.0) != (fast[1:] < 0.0))
     if len(cross) <= FEWEST_SWINGS:
         return nothing
@@ -224,16 +222,3 @@ def _in_even_runs(high: BoolArray, half_s: FloatArray, height: FloatArray) -> Bo
             if np.median(after) > KEEPS * np.median(before):
                 even[begin:end] = True
     return even
-
-
-def _fast(values: FloatArray, rate_hz: float) -> FloatArray:
-    from scipy.signal import sosfiltfilt  # a third of a second: as late as it is needed
-
-    return np.asarray(sosfiltfilt(_high_pass(rate_hz), values))
-
-
-@cache
-def _high_pass(rate_hz: float) -> FloatArray:
-    from scipy.signal import butter
-
-    return np.asarray(butter(ORDER, SLOWEST_HZ, "high", fs=rate_hz, output="sos"))

@@ -136,25 +136,27 @@ def _level(part: TrialPart, on: Sequence[int]) -> _Level:
         counts = known & (part.observation.weight[:, i] >= 1.0)
         if counts.sum() < FEWEST_FRAMES:
             continue
-        fast = _fast(np.interp(np.arange(len(values)), np.flatnonzero(known), values[known]))
+        whole = np.interp(np.arange(len(values)), np.flatnonzero(known), values[known])
+        fast = fast_part(whole, FAST)
         power = np.mean(fast[counts] ** 2), np.mean(values[counts] ** 2)
         if min(power) > 0.0:  # a channel that never moves says nothing
             powers.append(np.log(power))
     return _Level(*np.mean(powers, axis=0)) if powers else _Level(math.nan, math.nan)
 
 
-def _fast(values: FloatArray) -> FloatArray:
+def fast_part(values: FloatArray, share: float) -> FloatArray:
+    """Return the part of evenly sampled values, (F,), that is faster than a share of their rate."""
     from scipy.signal import sosfiltfilt  # a third of a second: as late as it is needed
 
-    return np.asarray(sosfiltfilt(_high_pass(), values))
+    return np.asarray(sosfiltfilt(_high_pass(share), values))
 
 
 @cache
-def _high_pass() -> FloatArray:
+def _high_pass(share: float) -> FloatArray:
     """Second-order sections of the filter that leaves the fast part."""
     from scipy.signal import butter
 
-    return np.asarray(butter(ORDER, FAST, "high", fs=1.0, output="sos"))
+    return np.asarray(butter(ORDER, share, "high", fs=1.0, output="sos"))
 
 
 def _excess(one: _Run, known: Sequence[_Run]) -> float:
