@@ -27,6 +27,7 @@ class Constant(float):
 THEORY, BY_HAND, DEVELOPMENT = (
     "a convention", "by hand, before any campaign", "on development campaigns of the twin"
 )  # fmt: skip
+ONE_HUNTED = "in 308 sealed cases (labels open) the only one with that fault is found, and no other"
 
 # is a cause new, is there a gap?
 FALSE_ALARMS = Constant(
@@ -99,6 +100,13 @@ VIBRATES_BY = Constant(
     "on the same cases: eight with stiction, 1.0 to 2.6; a soft mat hid the ninth",
 )  # fmt: skip
 VIBRATES_SCATTER = Constant(0.7, "scatter of that logarithm", "on the same cases")
+VIBRATES_FREE = Constant(
+    4.0, "degrees of freedom of the scatter of a vibration, or of a joint that hunts: others shake it, too",
+    "the tail of Student's t that the same cases have; fewer is a heavier one",
+)  # fmt: skip
+VIBRATES_UNLIKE = Constant(
+    1.0, "scatter of that logarithm between conditions where no two references tell it", BY_HAND
+)
 VIBRATION_CLEAR = Constant(
     2.3,
     "log likelihood from which vibration, or its absence, tells two effects apart: ten to one",
@@ -112,9 +120,56 @@ HUNTS_SCATTER = Constant(
     0.2, "scatter between days of the logarithm of how far a joint swings that hunts",
     "by hand: it is 0.03 in references of one reality",
 )  # fmt: skip
+HUNTS_SLOWEST_HZ = Constant(
+    3.0,
+    "frequency [Hz] above which a joint's motion is no gait's",
+    "gaits of all machines here are slower",
+)
+HUNTS_FASTER = Constant(
+    1.5, "times that, which hunting is faster than: blows and pauses leave most just above",
+    ONE_HUNTED,
+)  # fmt: skip
+HUNTS_SWINGS = Constant(
+    10.0, "half periods on end that say that a joint hunts; a blow or a change of load brings fewer",
+    ONE_HUNTED,
+)  # fmt: skip
+HUNTS_FEW_SWINGS = Constant(
+    4.0, "half periods on end in which a joint that is known to hunt does so", BY_HAND
+)
+HUNTS_EVEN = Constant(
+    2.0, "how many times as long, or short, as the middle half period one may be: readings cut some",
+    BY_HAND,
+)  # fmt: skip
+HUNTS_KEEPS = Constant(
+    0.5, "share of its height that hunting keeps at the end of a run of swings; what rings does not",
+    BY_HAND,
+)  # fmt: skip
+HUNTS_NOISE = Constant(6.0, "standard deviations of a reading that a swing has", BY_HAND)
+HUNTS_SELDOM = Constant(0.1, "share of the time below which a joint does not hunt", BY_HAND)
+HUNTS_ALWAYS = Constant(
+    0.75,
+    "share of the time above which it is noise: under load a shaft lies against a flank",
+    BY_HAND,
+)
+HUNTS_AT_REST = Constant(
+    0.25, "share of its height left at other times, above which it is noise", BY_HAND
+)
+HUNTS_AROUND_S = Constant(
+    0.25, "time [s] before and after in which the joint is not compared either: hunting comes and goes",
+    BY_HAND,
+)  # fmt: skip
+NEARLY_AS_SURE = Constant(
+    10.0,
+    "times the chance of the surest change in a run, up to which others are listed with it",
+    THEORY,
+)
 SHOWN = Constant(0.9, "share of such causes that a size said to be visible would show", THEORY)
 
 # what is fitted to
+EXCHANGED_FROM = Constant(
+    10.0, "times the energy of any fitted run, in the median cycle, from which a held-out run is fitted",
+    "a faster gait has a few times as much",
+)  # fmt: skip
 NO_ANSWER = Constant(
     3.0, "noise that a frame costs in which a cause leaves the simulator without an answer", BY_HAND
 )
@@ -155,6 +210,17 @@ LEAST_SHARE = Constant(
 REST_SHARE = Constant(
     0.24, "share of the score beyond healthy runs', in its channels, that one more cause must explain",
     DEVELOPMENT,
+)  # fmt: skip
+PLACE_SHARE = Constant(
+    0.5, "share of its gain that a cause at a place must lose if it acts everywhere, without references",
+    "a convention: half",
+)  # fmt: skip
+CLEAR_ERRORS = Constant(
+    2.0, "standard errors, over many blocks, from which an advantage is more than scatter", THEORY
+)
+CONTAINS_SHARE = Constant(
+    0.5, "share of what a new cause explains that a better one must explain to be named for it",
+    "a convention: half",
 )  # fmt: skip
 TRIMMED = Constant(
     0.03, "share of the blocks, the worst, that a verdict does not depend on", DEVELOPMENT
@@ -198,6 +264,16 @@ ASSUMED_MISFIT = Constant(
     "on the servos of an SO-101 arm",
 )
 GAIT_CORRELATION = Constant(0.4, "correlation of the misfits of two gaits", DEVELOPMENT)
+FEW_RATIO = Constant(
+    0.1,
+    "repeat variance over misfit variance where fewer than three references tell it",
+    DEVELOPMENT,
+)
+SAME_FREQUENCY = Constant(
+    0.08,
+    "change of frequency (natural log) up to which two runs are repeats of one command",
+    BY_HAND,
+)
 LOG_FREQUENCY = Constant(
     0.5, "change of frequency (natural log) over which misfits stay correlated", DEVELOPMENT
 )

@@ -5,11 +5,10 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from gap.constants import HIDDEN_SHARE, VIBRATION_CLEAR
+from gap.constants import CLEAR_ERRORS, HIDDEN_SHARE, VIBRATION_CLEAR
 from gap.diagnosis.probability import RivalCause
 from gap.residuals.evidence import Evidence
 from gap.rounding import value_words
-from gap.search.cross_validation import CLEAR_ERRORS
 from gap.search.fit import ENOUGH_SEPARATION, Fitted, energy_left
 from gap.search.look import Selection, Step
 from model.values.arrays import FloatArray

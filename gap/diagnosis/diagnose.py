@@ -28,7 +28,7 @@ from gap.diagnosis.probability import (
     none_of_them,
 )
 from gap.diagnosis.second_look import second_look
-from gap.diagnosis.study import FEWEST_REFERENCES, Study, make_study
+from gap.diagnosis.study import Study, make_study
 from gap.diagnosis.trend import RunChange, change_in_runs, none_with, trends_of
 from gap.diagnosis.verdict import gap_exists, named_causes, resembling, verdict_of, warnings_of
 from gap.diagnosis.where import clearest_there, where
@@ -160,7 +160,7 @@ def _faults(study: Study, checked: Iterator[tuple[DataFault, ...]]) -> tuple[Tri
 
 def _commissioned(study: Study, standing: tuple[Cause, ...] | None, progress: Progress) -> Study:
     """Add the baseline model errors to every prediction."""
-    if standing is None and len(study.references) >= FEWEST_REFERENCES:
+    if standing is None and study.calibrated:
         progress("baseline model errors", 0.08)
         standing = commission(study)
     return study.with_standing(standing or ())

@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator
 
 from gap.constants import (
+    CLEAR_ERRORS,
     HELD_OUT_ADDS,
     HELD_OUT_SIZEABLE,
     HELD_OUT_STAGE,
@@ -18,7 +19,6 @@ from gap.diagnosis.gap_evidence import GapEvidence
 from gap.diagnosis.held_stage import agrees, helps_its_stage
 from gap.diagnosis.how_far import HowFar, how_far
 from gap.search.candidates import families_of, size_of
-from gap.search.cross_validation import CLEAR_ERRORS
 from gap.search.look import Selection
 from gap.search.replacement import fitted_for, in_its_place, left_out
 

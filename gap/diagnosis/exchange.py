@@ -6,11 +6,10 @@ runs only, a servo at the limit of its speed in the fastest one, that may hold o
 
 import numpy as np
 
+from gap.constants import EXCHANGED_FROM
 from gap.diagnosis.study import Exchange, Study
 from gap.residuals.evidence import Evidence
 from model.values.arrays import FloatArray
-
-MANY = 10.0  # times the energy of any fitted run, in the median of cycles; a faster gait has a few times
 
 
 def with_gap_fitted(study: Study) -> Study:
@@ -25,7 +24,7 @@ def with_gap_fitted(study: Study) -> Study:
     fitted, held = study.evidence(study.local), study.held_evidence(study.local)
     there, hidden = _energies(fitted), _energies(held)
     most = int(hidden.argmax())
-    if not hidden[most] > MANY * max(1.0, float(there.max())):
+    if not hidden[most] > EXCHANGED_FROM * max(1.0, float(there.max())):
         return study
     of_gait = [i for i, part in enumerate(study.fitted) if part.gait == study.held[most].gait]
     least = min(of_gait, key=lambda i: (there[i], i))  # every gait keeps one

@@ -13,7 +13,7 @@ from gap.diagnosis.gap_evidence import GapEvidence
 from gap.interfaces import Cause, Drive
 from gap.residuals.evidence import Evidence
 from gap.search.cross_validation import Advantage, advantage
-from gap.search.options import acting, usual_energy, worth
+from gap.search.options import acting, share_closed, usual_energy, worth
 from gap.search.replacement import without
 from model.values.arrays import FloatArray
 
@@ -41,6 +41,17 @@ def agrees(comparison: GapEvidence, causes: tuple[Cause, ...], at: int, least: f
     """
     judged = _judged(comparison, causes, at)
     return judged is not None and judged.agrees(least)
+
+
+def share_of_stage(comparison: GapEvidence, causes: tuple[Cause, ...], at: int) -> float:
+    """Return the share of held-out runs' score that cause number ``at`` closes in its channels.
+
+    Each stage is fed what was measured; 0 for a simulator in one piece, and where it closes nothing.
+    """
+    judged = _judged(comparison, causes, at)
+    if judged is None:
+        return 0.0
+    return share_closed(judged.held, judged.without_it, judged.with_it)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

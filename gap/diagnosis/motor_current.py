@@ -9,7 +9,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gap.diagnosis.study import FEWEST_REFERENCES, Study
+from gap.diagnosis.study import Study
+from gap.residuals.floor import ENOUGH_REFERENCES
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 
@@ -23,7 +24,7 @@ def current_words(study: Study) -> str:
     """Return a sentence where currents are clearly not the references'; empty otherwise."""
     trials, references = study.trials, study.predictor.trials[len(study.trials) :]
     predicted = any(one.name.startswith(CURRENT) for one in study.simulator.channels)
-    if predicted or not trials or len(references) < FEWEST_REFERENCES:
+    if predicted or not trials or len(references) < ENOUGH_REFERENCES:
         return ""
     seen, known = mean_currents(trials), mean_currents(references)
     joints = trials[0].header.joints

@@ -4,26 +4,38 @@ The first causes are then mostly what the simulator lacks on this machine, healt
 legs that were built by hand differ in. What is wrong with it comes after these. So the search goes on for
 causes that gain as much of the whole score as a baseline model error must. A cause in one leg gains less,
 and so does one at a place: these are named if they explain their part of what is left in their channels,
-the one in a leg only where this is unlike the others. Each must help to predict held-out runs, each stage
-fed with what was measured.
+the one in a leg only where this is unlike the others. So is, last, one of the whole machine that is large
+and explains most of what its channels show. Each must help to predict held-out runs, each stage fed with
+what was measured.
 """
 
 from collections.abc import Callable, Sequence, Set
 from dataclasses import replace
 
-from gap.constants import FALSE_ALARMS, LAW_GAIN, LEAST_SIZE, REST_SHARE
+from gap.constants import (
+    FALSE_ALARMS,
+    HELD_OUT_MOST,
+    LAW_GAIN,
+    LEAST_SIZE,
+    PLACE_SHARE,
+    REST_SHARE,
+    SIZEABLE,
+)
 from gap.diagnosis.gap_evidence import GapEvidence
-from gap.diagnosis.held_stage import agrees
+from gap.diagnosis.held_stage import agrees, share_of_stage
+from gap.interfaces import Drive
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, Family, families_of, size_of
+from gap.search.fit import Fitted
 from gap.search.look import Look, Search, Selection, Step, rank
-from gap.search.options import Option, fit_option, share_of, worth
+from gap.search.options import Option, fit_option, on_bound, share_closed, share_of, worth
 from gap.search.replacement import left_out
 from gap.search.screen import Signatures, gains, make_signatures
 from gap.search.unlike import unlike_joints
 
 MOST_MORE = 5  # causes
 FITTED = 3  # joints, or places, at each step
+FITTED_BY_SHARE = 6  # effects of the whole machine, at each step
 SMALLER = (1.0, 0.75, 0.5, 0.25)  # of its size, if it acted everywhere
 AS_A_LAW = Search(least_gain=LAW_GAIN, least_size=LEAST_SIZE)
 
@@ -37,11 +49,12 @@ def second_look(
         comparison: Trials against the simulator; with references there is no second look.
         selection: The causes so far.
         dropped: Causes that held-out runs spoke against. Where the search comes back to one of them it goes
-            on with that one in the fit, so that what it hides is found, but does not name it. Unless it is
-            at a joint that is unlike the others, or at a place: little of the whole is much of a joint.
+            on with that one in the fit, so that what it hides is found, but does not name it. It is named
+            again at a joint that is unlike the others, and at a place, as little of the whole is much of a
+            joint; and if it is large and explains its part where each stage is fed what was measured.
     """
-    if comparison.study.references:
-        return selection
+    if comparison.study.references or comparison.study.local is Drive.COMMAND:
+        return selection  # nothing could be judged stage by stage
     evidence, first = comparison.evidence, selection
     signatures = make_signatures(
         evidence, comparison.candidates, selection.fitted.causes, lambda _: None
@@ -51,13 +64,21 @@ def second_look(
         part = _one_joint(comparison, selection, signatures) or _at_a_place(
             comparison, selection, signatures
         )
-        step = part or _as_a_law(comparison, selection, signatures)
+        step = (
+            part
+            or _as_a_law(comparison, selection, signatures)
+            or _in_its_channels(comparison, selection, signatures)
+        )
         if step is None:
             break
-        option = step.chosen
+        option, standing = step.chosen, selection.fitted
         steps = (*selection.steps, step)
         selection = replace(selection, fitted=option.fitted, unseen=option.unseen, steps=steps)
-        if part is None and option.added.family in dropped:
+        if (
+            part is None
+            and option.added.family in dropped
+            and not _large_part(comparison, option, standing, REST_SHARE)
+        ):
             hidden.add(len(steps) - 1)
         if len(steps) - len(hidden) == len(first.steps) + MOST_MORE:
             break
@@ -127,7 +148,7 @@ def _only_there(evidence: Evidence, option: Option) -> bool:
         float(evidence.score(one).sum())
         for one in evidence.residuals([option.fitted.causes, *moved])
     )
-    return min(elsewhere) - there >= 0.5 * option.over.nats
+    return min(elsewhere) - there >= PLACE_SHARE * option.over.nats
 
 
 def _best_of(
@@ -182,6 +203,51 @@ def _as_a_law(comparison: GapEvidence, selection: Selection, signatures: Signatu
     if p >= look.level(selection.fitted) or not _agrees(comparison, option):
         return None
     return Step(option, rivals)
+
+
+def _in_its_channels(
+    comparison: GapEvidence, selection: Selection, signatures: Signatures
+) -> Step | None:
+    """Return a cause of the whole machine that gains little of the whole, and much of its channels."""
+    evidence, standing = comparison.evidence, selection.fitted
+    taken = families_of(standing.causes, evidence.effects)
+    ranked = []
+    for gain in gains(signatures, standing.residual, evidence.weights(standing.residual)):
+        one = gain.signature.candidate
+        at_a_place = any(p.located for p in one.effect.parameters)
+        if one.family in taken or len(one.joints) == 1 or at_a_place or not one.effect.parameters:
+            continue
+        if size_of(one.cause(gain.values), one.effect) < LEAST_SIZE:
+            continue
+        left = standing.residual - gain.change(signatures).reshape(standing.residual.shape)
+        ranked.append((share_closed(evidence, standing.residual, left), one, gain.values))
+    ranked.sort(key=lambda each: (-each[0], each[1].key))
+    options = [
+        fit_option(evidence, one, (*standing.causes, one.cause(values)), selection.unseen)
+        for _, one, values in ranked[:FITTED_BY_SHARE]
+    ]
+    options.sort(key=rank)
+    for option in options:
+        clear = worth(option.over, len(option.added.effect.parameters), len(option.unseen))
+        if (
+            clear
+            and _agrees(comparison, option)
+            and _large_part(comparison, option, standing, HELD_OUT_MOST)
+        ):
+            return Step(option, tuple(one for one in options if one is not option))
+    return None
+
+
+def _large_part(
+    comparison: GapEvidence, option: Option, standing: Fitted, of_held_out: float
+) -> bool:
+    """Whether an option adds what is large, and explains its part of fitted and of held-out runs."""
+    if size_of(option.cause, option.added.effect) < SIZEABLE or on_bound(option):
+        return False
+    causes = option.fitted.causes
+    part = share_of(comparison.evidence, option, standing, 0.0)
+    held_out = share_of_stage(comparison, causes, len(causes) - 1)
+    return part >= REST_SHARE and held_out >= of_held_out
 
 
 def _agrees(comparison: GapEvidence, option: Option) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 from gap.constants import ASSUMED_MISFIT, MOST_INFLATION
 from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
-from gap.residuals.floor import Floor, make_floor, without_drift
+from gap.residuals.floor import ENOUGH_REFERENCES, Floor, make_floor, without_drift
 from gap.residuals.healthy import Healthy, healthy_runs
 from gap.residuals.hold_out import HoldOut
 from gap.residuals.hunting import Hunting, hunting_of, without_hunting
@@ -23,9 +23,8 @@ from gap.residuals.predictions import Predictor, PredictsElsewhere
 from gap.residuals.vibration import ChannelVibration, vibration_of
 from gap.search.at_once import meanwhile
 from model.errors import GapError
+from model.values.arrays import BoolArray
 from record.trial.trial import Trial
-
-FEWEST_REFERENCES = 3  # from which the scatter of healthy runs is measured
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +81,21 @@ class Study:
         return local_drive(self.predictor, self.fitted or self.references)
 
     @property
+    def calibrated(self) -> bool:
+        """Whether references say how much healthy runs differ.
+
+        Three do. Two do for two trials or more, which tell their own scatter, if both measured whatever the
+        trials did: a channel that one of them lacks is compared with nothing.
+        """
+        if len(self.references) != ENOUGH_REFERENCES - 1:
+            return len(self.references) >= ENOUGH_REFERENCES
+        if len(self.trials) < 2:
+            return False
+        asked = np.any([_measured(part) for part in (*self.fitted, *self.held)], axis=0)
+        both = np.all([_measured(part) for part in self.references], axis=0)
+        return bool(np.all(both | ~asked))
+
+    @property
     def vibrations(self) -> dict[str, ChannelVibration]:
         """What vibrates in the trials more than in references, by the name of the effect that would."""
         if self._vibrating is not None:
@@ -134,9 +148,9 @@ class Study:
 
     def healthy_evidence(self, drive: Drive) -> Evidence | None:
         """Return the references in the same units; None for too few."""
-        runs = self.healthy_runs(drive)
-        if len(runs) < FEWEST_REFERENCES:
+        if not self.calibrated:
             return None
+        runs = self.healthy_runs(drive)
         whiteners = [one.whitener for one in runs]
         return evidence_of(self.predictor, self.references, drive, self.floor(drive), whiteners)
 
@@ -168,6 +182,11 @@ class Study:
                 factor[on] = np.clip(np.mean(seen), 1.0, MOST_INFLATION)
         raised = replace(floor, sigma=floor.sigma * np.sqrt(factor), power=floor.power * factor)
         return raised, tuple(one.scaled(factor) for one in healthy)
+
+
+def _measured(part: TrialPart) -> BoolArray:
+    """Which channels a run measured, (C,)."""
+    return np.asarray((part.observation.weight > 0.0).any(axis=0))
 
 
 def make_study(

@@ -20,6 +20,7 @@ from gap.constants import (
     CHANGE_LEVEL,
     JOINTS_SHARE,
     LEAST_CHANGE,
+    NEARLY_AS_SURE,
     UNSTEADY_GROWTH,
     UNSTEADY_LEVEL,
 )
@@ -35,7 +36,6 @@ FEWEST_RUNS = 2
 SEEN = 1e-4  # how unlike a cause and the growing one must be
 FAINT = 1e-2  # nats that a growth of a cause's own size must have to be seen
 FEWEST_FREE = 3  # degrees of freedom of a change's scatter
-NEARLY_AS_SURE = 10.0  # times the chance of the surest
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,10 +10,11 @@ from gap.diagnosis.detection import Detection
 from gap.diagnosis.findings import NamedCause, Value, Verdict
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.motor_current import current_words
-from gap.diagnosis.study import FEWEST_REFERENCES, Study
+from gap.diagnosis.study import Study
 from gap.diagnosis.trend import Trend
 from gap.interfaces import Cause, Effect, place_words
 from gap.residuals.evidence import Evidence
+from gap.residuals.floor import ENOUGH_REFERENCES
 from gap.search.look import Selection
 from model.values.arrays import FloatArray
 
@@ -160,9 +161,14 @@ def warnings_of(
     references, fitted = len(study.references), {part.trial for part in study.fitted}
     if not references:
         yield "without reference runs, permanent simulator errors cannot be separated from new faults"
-    elif references < FEWEST_REFERENCES:
+    elif not study.calibrated:
         yield "fewer than 3 references: the false-alarm rate cannot be estimated"
-    if len(fitted) < 2 and references < FEWEST_REFERENCES:
+    elif references < ENOUGH_REFERENCES:
+        yield (
+            "two references hardly show how much healthy runs differ: only what is clearly larger is "
+            "new; without references the same trials get a first guess that names more"
+        )
+    if len(fitted) < 2 and not study.calibrated:
         yield "+- covers only within-run noise; run-to-run variation needs more runs"
     if fitted & {part.trial for part in study.held}:
         yield (

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.constants import GAIT_CORRELATION, LOG_FREQUENCY
+from gap.constants import FEW_RATIO, GAIT_CORRELATION, LOG_FREQUENCY
 from gap.interfaces import Channel
 from gap.residuals.part_error import PartError, phase_basis, rms
 from gap.residuals.parts import RunCondition, TrialPart
@@ -18,8 +18,7 @@ from model.values.arrays import FloatArray
 
 WHOLE_CYCLES = 2  # of a run whose cycles are compared with each other
 RATIOS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # repeat variance over misfit variance
-FEW_RATIO = 0.1
-FEW = 3
+ENOUGH_REFERENCES = 3  # from which their extremes say what is usual, and repeats how alike they are
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +114,7 @@ def _spread(
     for name in dict.fromkeys(names):
         on = np.array([one == name for one in names])
         best = -np.inf
-        for candidate in RATIOS if count >= FEW else (FEW_RATIO,):
+        for candidate in RATIOS if count >= ENOUGH_REFERENCES else (FEW_RATIO,):
             covariance = correlation + candidate * np.eye(count)
             energy = np.einsum(
                 "rkc,rkc->kc",

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gap.constants import SAME_FREQUENCY
 from gap.interfaces import Channel
 from gap.residuals.evidence import mean_energy
 from gap.residuals.floor import make_floor
@@ -15,7 +16,6 @@ from gap.residuals.whitening import Whitener, make_whitener
 from model.values.arrays import FloatArray, IntArray
 
 SAME_CONDITION, NEW_FREQUENCY, NEW_GAIT = 0, 1, 2  # how far two conditions are apart
-SAME_FREQUENCY = 0.08  # natural log
 FEWEST_OTHERS = 2
 
 

@@ -13,29 +13,32 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import special
 
-from gap.constants import FALSE_ALARMS, HUNTS_BY, HUNTS_SCATTER
+from gap.constants import (
+    FALSE_ALARMS,
+    HUNTS_ALWAYS,
+    HUNTS_AROUND_S,
+    HUNTS_AT_REST,
+    HUNTS_BY,
+    HUNTS_EVEN,
+    HUNTS_FASTER,
+    HUNTS_FEW_SWINGS,
+    HUNTS_KEEPS,
+    HUNTS_NOISE,
+    HUNTS_SCATTER,
+    HUNTS_SELDOM,
+    HUNTS_SLOWEST_HZ,
+    HUNTS_SWINGS,
+    VIBRATES_FREE,
+)
 from gap.interfaces import Channel
+from gap.residuals.floor import ENOUGH_REFERENCES
 from gap.residuals.parts import TrialPart
-from gap.residuals.vibration import STEADY_FREE, fast_part
+from gap.residuals.vibration import fast_part
 from model.values.arrays import BoolArray, FloatArray, readonly
 from record.trial.trial import Trial
 
-FEWEST_REFERENCES = 3  # from which it is known how a healthy machine hunts
-SLOWEST_HZ = 3.0  # motions of gaits are slower
-ABOVE = 1.5  # times that: blows and pauses of all lengths leave most just above
 LEAST_RATE_HZ = 20.0  # of readings that show it
-FEWEST_SWINGS = 10  # half periods on end, which a blow or a change of load does not bring
-FEW_SWINGS = 4  # from which a joint that is known to hunt does so
-EVEN = (0.5, 2.0)  # of the middle half period: readings cut some short
-KEEPS = (
-    0.5  # share of its height that hunting keeps at the end of a run of swings; what rings does not
-)
-LEAST_NOISE = 6.0  # standard deviations of a reading that a swing has
 NOISE_RAD = 0.0005  # of shafts whose noise is not given: a third of a count of 4096
-# Of the time, and of its height what is left at other times. What goes on under load, where a shaft lies
-# against a flank, is noise.
-SELDOM, ALWAYS, AT_REST = 0.1, 0.75, 0.25
-AROUND_S = 0.25  # before and after, while it comes and goes
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,11 +106,11 @@ def _hunts(
     if not any(len(one.height) for one in own):
         return None
     known = [one for trial in references if (one := _swings(trial, at)) is not None]
-    if len(known) < FEWEST_REFERENCES:
+    if len(known) < ENOUGH_REFERENCES:
         return None
     usual = max(one.amplitude for one in known)
     # what is smaller would not have been seen
-    least = max(usual, LEAST_NOISE * max(map(_noise_of, (*trials, *references))))
+    least = max(usual, HUNTS_NOISE * max(map(_noise_of, (*trials, *references))))
     hunts = [one for one in own if one.amplitude > HUNTS_BY * least]
     if 2 * len(hunts) <= len(own):
         return None
@@ -115,14 +118,14 @@ def _hunts(
     height = float(np.median(np.concatenate([one.height for one in hunts])))
     share = sum(one.lasts_s for one in hunts) / sum(one.run_s for one in own)
     chance = min(1.0, joints * _chance(height / least))
-    if chance >= FALSE_ALARMS or not SELDOM < share < ALWAYS:
+    if chance >= FALSE_ALARMS or not HUNTS_SELDOM < share < HUNTS_ALWAYS:
         return None
     return Hunting(joint, 0.5 / half_s, height, usual, share, chance)
 
 
 def _chance(ratio: float) -> float:
     """Chance of a swing so much larger than any that was seen, or could have been, in references."""
-    return float(special.stdtr(STEADY_FREE, -math.log(max(ratio, 1.0)) / HUNTS_SCATTER))
+    return float(special.stdtr(float(VIBRATES_FREE), -math.log(max(ratio, 1.0)) / HUNTS_SCATTER))
 
 
 def _noise_of(trial: Trial) -> float:
@@ -161,7 +164,7 @@ def without_hunting(
 
 
 def _around(time_s: FloatArray, begin_s: float, end_s: float) -> BoolArray:
-    return (time_s >= begin_s - AROUND_S) & (time_s <= end_s + AROUND_S)
+    return (time_s >= begin_s - HUNTS_AROUND_S) & (time_s <= end_s + HUNTS_AROUND_S)
 
 
 def _swings(trial: Trial, joint: int) -> _Swings | None:
@@ -175,23 +178,23 @@ def _swings(trial: Trial, joint: int) -> _Swings | None:
     nothing = _Swings(np.zeros(0), np.zeros(0), np.zeros((0, 2)), run_s)
     even_s = np.arange(time_s[known][0], time_s[known][-1], 1.0 / rate_hz)
     angle = np.interp(even_s, time_s[known], trial.shaft_rad[known, joint])
-    fast = fast_part(angle, SLOWEST_HZ / round(rate_hz, 3))
+    fast = fast_part(angle, HUNTS_SLOWEST_HZ / round(rate_hz, 3))
     cross = np.flatnonzero((fast[:-1] < 0.0) != (fast[1:] < 0.0))
-    if len(cross) <= FEWEST_SWINGS:
+    if len(cross) <= HUNTS_SWINGS:
         return nothing
     at_s = even_s[cross] - fast[cross] / (fast[cross + 1] - fast[cross]) / rate_hz
     half_s, height = np.diff(at_s), np.maximum.reduceat(np.abs(fast), cross + 1)[:-1]
-    high = height > LEAST_NOISE * _noise_of(trial)
-    even = _in_even_runs(high & (half_s < 0.5 / (ABOVE * SLOWEST_HZ)), half_s, height)
+    high = height > HUNTS_NOISE * _noise_of(trial)
+    even = _in_even_runs(high & (half_s < 0.5 / (HUNTS_FASTER * HUNTS_SLOWEST_HZ)), half_s, height)
     if not even.any():
         return nothing
-    short = half_s < EVEN[1] * float(np.median(half_s[even]))
-    spans_s = [(at_s[a], at_s[b]) for a, b in _runs(high & short) if b - a >= FEW_SWINGS]
+    short = half_s < HUNTS_EVEN * float(np.median(half_s[even]))
+    spans_s = [(at_s[a], at_s[b]) for a, b in _runs(high & short) if b - a >= HUNTS_FEW_SWINGS]
     hunts = np.zeros(len(even_s), dtype=bool)
     for begin_s, end_s in spans_s:
         hunts |= _around(even_s, begin_s, end_s)
     rest = np.abs(fast[~hunts])
-    if len(rest) and np.median(rest) > AT_REST * np.median(height[even]):
+    if len(rest) and np.median(rest) > HUNTS_AT_REST * np.median(height[even]):
         return nothing
     return replace(
         nothing,
@@ -212,13 +215,13 @@ def _in_even_runs(high: BoolArray, half_s: FloatArray, height: FloatArray) -> Bo
     even = np.zeros(len(high), dtype=bool)
     for first, last in _runs(high):
         middle = float(np.median(half_s[first:last]))
-        alike = (half_s > EVEN[0] * middle) & (half_s < EVEN[1] * middle)
+        alike = (half_s > middle / HUNTS_EVEN) & (half_s < HUNTS_EVEN * middle)
         alike[:first], alike[last:] = False, False
         for begin, end in _runs(alike):
             third = (end - begin) // 3
-            if end - begin < FEWEST_SWINGS:
+            if end - begin < HUNTS_SWINGS:
                 continue
             before, after = height[begin : begin + third], height[end - third : end]
-            if np.median(after) > KEEPS * np.median(before):
+            if np.median(after) > HUNTS_KEEPS * np.median(before):
                 even[begin:end] = True
     return even

@@ -15,7 +15,13 @@ from functools import cache
 import numpy as np
 from scipy import special
 
-from gap.constants import STEADY_SCATTER, VIBRATES_BY, VIBRATES_SCATTER
+from gap.constants import (
+    STEADY_SCATTER,
+    VIBRATES_BY,
+    VIBRATES_FREE,
+    VIBRATES_SCATTER,
+    VIBRATES_UNLIKE,
+)
 from gap.interfaces import Channel
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import SAME_CONDITION, apart
@@ -26,8 +32,6 @@ from model.values.arrays import FloatArray
 FAST = 1.0 / 3.0  # of the frames a second, from which a channel's motion is called vibration
 ORDER = 4
 FEWEST_FRAMES = 60
-UNLIKE = 1.0  # scatter between conditions where no two references tell it
-STEADY_FREE = 4.0  # degrees of freedom of that scatter: other causes shake a little, too
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +99,7 @@ def vibration_of(
     # more than is usual is no sign against it
     less = min(excess - VIBRATES_BY, 0.0)
     nats = _log_normal(less, math.hypot(VIBRATES_SCATTER, scatter)) - _log_t(excess, scatter)
-    chance = float(special.stdtr(STEADY_FREE, -excess / scatter))
+    chance = float(special.stdtr(float(VIBRATES_FREE), -excess / scatter))
     return ChannelVibration(shaking.channels, excess, nats, chance)
 
 
@@ -105,10 +109,10 @@ def _log_normal(value: float, scatter: float) -> float:
 
 def _log_t(value: float, scatter: float) -> float:
     """Log density of Student's t with the degrees of freedom of the scatter."""
-    more = 0.5 * (STEADY_FREE + 1.0)
-    size = math.lgamma(more) - math.lgamma(0.5 * STEADY_FREE)
-    tail = more * math.log1p((value / scatter) ** 2 / STEADY_FREE)
-    return size - 0.5 * math.log(STEADY_FREE * math.pi) - math.log(scatter) - tail
+    more = 0.5 * (VIBRATES_FREE + 1.0)
+    size = math.lgamma(more) - math.lgamma(0.5 * VIBRATES_FREE)
+    tail = more * math.log1p((value / scatter) ** 2 / VIBRATES_FREE)
+    return size - 0.5 * math.log(VIBRATES_FREE * math.pi) - math.log(scatter) - tail
 
 
 def _runs(
@@ -186,7 +190,7 @@ def _scatter(known: Sequence[_Run], far: int) -> float:
     ]
     if squares:
         return float(np.sqrt(np.mean(squares)))
-    return 0.0 if far == SAME_CONDITION else UNLIKE
+    return 0.0 if far == SAME_CONDITION else VIBRATES_UNLIKE
 
 
 def settled(evidence: Evidence, residual: FloatArray, names: Collection[str]) -> FloatArray:

@@ -8,12 +8,10 @@ show it.
 
 from collections.abc import Iterable
 
-from gap.constants import AHEAD_NATS, OPEN_LEVEL
+from gap.constants import AHEAD_NATS, CONTAINS_SHARE, OPEN_LEVEL
 from gap.residuals.evidence import Evidence
 from gap.search.cross_validation import advantage
 from gap.search.options import Option, fit_option, on_bound
-
-MOST = 0.5  # of what the new cause explains, that another must explain to contain it
 
 
 def containing(evidence: Evidence, new: Option, others: Iterable[tuple[Option, float]]) -> Option:
@@ -37,4 +35,4 @@ def containing(evidence: Evidence, new: Option, others: Iterable[tuple[Option, f
 def _contains(evidence: Evidence, other: Option, new: Option) -> bool:
     """Whether little is left for the new cause beside the other."""
     both = fit_option(evidence, new.added, (*other.fitted.causes, new.cause), other.unseen)
-    return both.over.nats < (1.0 - MOST) * new.over.nats
+    return both.over.nats < (1.0 - CONTAINS_SHARE) * new.over.nats

@@ -13,7 +13,6 @@ from gap.search.fit import Fitted
 from model.values.arrays import FloatArray, IntArray
 
 FEWEST_FREE = 4
-CLEAR_ERRORS = 2.0  # standard errors from which an advantage is more than scatter
 
 
 @dataclass(frozen=True, slots=True)

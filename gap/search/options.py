@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import special
 
-from gap.constants import ACTS, FALSE_ALARMS, WORTH_NATS
+from gap.constants import ACTS, CLEAR_ERRORS, FALSE_ALARMS, WORTH_NATS
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
 from gap.search.candidates import APART_M, Candidate, off_bounds
-from gap.search.cross_validation import CLEAR_ERRORS, Advantage, advantage, unseen_score
+from gap.search.cross_validation import Advantage, advantage, unseen_score
 from gap.search.fit import ROUNDS, Fitted, fit_causes, free_values, moved
 from gap.search.screen import Gain
 from model.values.arrays import BoolArray, FloatArray
@@ -50,9 +50,16 @@ def share_of(
     evidence: Evidence, option: Option, standing: Fitted, usual: FloatArray | float
 ) -> float:
     """Share of the score beyond the usual that an option closes in the channels in which it acts."""
-    before = evidence.score(standing.residual).sum(axis=0)
-    gain = before - evidence.score(option.fitted.residual).sum(axis=0)
-    return _closed(before, gain, usual, acting(gain))
+    return share_closed(evidence, standing.residual, option.fitted.residual, usual)
+
+
+def share_closed(
+    evidence: Evidence, before: FloatArray, after: FloatArray, usual: FloatArray | float = 0.0
+) -> float:
+    """Return the same share of residuals before and after, (F, C)."""
+    score = evidence.score(before).sum(axis=0)
+    gain = score - evidence.score(after).sum(axis=0)
+    return _closed(score, gain, usual, acting(gain))
 
 
 def energy_share_of(

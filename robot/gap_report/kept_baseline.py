@@ -16,7 +16,7 @@ import numpy as np
 from platformdirs import user_cache_path
 
 from gap.diagnosis.commissioning import commission
-from gap.diagnosis.study import FEWEST_REFERENCES, Study
+from gap.diagnosis.study import Study
 from gap.interfaces import Cause
 from model.errors import RecordError
 from record.earlier_file import earlier_files
@@ -43,7 +43,7 @@ def baseline_of(study: Study, kind: str, *, fresh: bool) -> tuple[tuple[Cause, .
     Returns:
         None where there are too few references, or where nothing may be kept: the diagnosis then decides.
     """
-    if kind != LEGGED or len(study.references) < FEWEST_REFERENCES:
+    if kind != LEGGED or not study.calibrated:
         return None, False
     path = _folder() / f"{_digest(study)}.json"
     if not fresh:

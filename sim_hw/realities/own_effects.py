@@ -7,6 +7,7 @@ servos looks like a delay, and how it looks is not written in how it is built.
 
 import numpy as np
 
+from sim_hw.plant.structure import LoopKind
 from sim_hw.realities.reality import Reality
 
 # MuJoCo's feet slide by Coulomb's law, legs give along the ground, a loop follows with a lag, gears rub
@@ -18,7 +19,9 @@ def own_effects(reality: Reality) -> frozenset[str]:
     unequal, gears, surface = reality.unequal, reality.gears, reality.surface
     there = {
         "gear_backlash": gears.backlash_rad > 0.0,
-        "servo_compliance": gears.compliance_rad_per_nm > 0.0,
+        # without an integral a loop holds a load only by an error: 0.018 rad/N m and more
+        "servo_compliance": gears.compliance_rad_per_nm > 0.0
+        or reality.loop.kind is LoopKind.POSITION,
         "stiction": surface.static_ratio > 1.0,
         "ground_stiffness": bool(np.isfinite(surface.give_n_per_m)),
         "foot_rolling": surface.rolling_m > 0.0,

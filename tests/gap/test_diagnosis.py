@@ -119,6 +119,46 @@ def test_no_gap_names_nothing_and_says_what_would_have_shown() -> None:
     assert found([big]).verdict is not Verdict.NO_GAP
 
 
+def test_two_references_are_compared_with_each_other() -> None:
+    known = toy_references(10, wander=0.01)[:2]
+    d = diagnose(toy_case(seed=10, wander=0.01), Toy(), known)
+    assert d.verdict is Verdict.NO_GAP
+    assert d.detection is not None
+    assert d.detection.references == 2
+    assert "guarantee no less than 33%" in d.false_alarm_words
+    assert any("two references hardly show" in one for one in d.warnings)
+    faulty = diagnose(toy_case([Cause("lag", (), (0.1,))], seed=10, wander=0.01), Toy(), known)
+    assert faulty.verdict is Verdict.EXPLAINED
+    assert [one.effect for one in faulty.causes] == ["lag"]
+
+
+def test_one_reference_tells_no_scatter_nor_do_two_for_one_trial_or_with_a_channel_in_one() -> None:
+    trials, known = toy_case(seed=10, wander=0.01), toy_references(10, wander=0.01)[:2]
+    blind = replace(known[1], force_n=np.full_like(known[1].force_n, np.nan))
+    for own, references in ((trials, known[:1]), (trials[:1], known), (trials, [known[0], blind])):
+        study = make_study(own, Toy(), references)
+        assert not study.calibrated
+        assert study.healthy_evidence(study.local) is None
+    deaf = [replace(one, force_n=np.full_like(one.force_n, np.nan)) for one in trials]
+    assert make_study(deaf, Toy(), [known[0], blind]).calibrated
+    d = diagnose(trials, Toy(), known[:1])
+    assert d.detection is None
+    assert "cannot be estimated" in d.false_alarm_words
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("of_them", [(0, 1), (0, 3), (0, 4)])
+def test_false_alarms_with_two_references_keep_the_aim(of_them: tuple[int, int]) -> None:
+    """Of other conditions than the trials', too, and twice the same one."""
+    alarms = 0
+    for seed in range(6000, 6100):
+        known = toy_references(seed, seconds=8.0, wander=0.01)
+        trials = toy_case(seed=seed, seconds=8.0, wander=0.01)
+        found = diagnose(trials, Toy(), [known[i] for i in of_them])
+        alarms += found.verdict is not Verdict.NO_GAP
+    assert alarms <= stats.binom.ppf(0.975, 100, 0.05)
+
+
 def _false_alarms(count: int) -> int:
     alarms = 0
     for seed in range(count):

@@ -55,14 +55,33 @@ def test_at_a_joint_unlike_the_others_what_fits_it_best_is_named(
     assert mimic.effect.name != "bump"
 
 
-def test_what_held_out_runs_spoke_against_is_not_named_again() -> None:
+@pytest.mark.parametrize(("held_out", "named"), [(0.1, False), (0.3, True)])
+def test_what_held_out_runs_spoke_against_is_named_again_only_as_a_large_part(
+    held_out: float, named: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Runs from end to end spoke against it; each stage by itself may speak for it."""
+    monkeypatch.setattr(looking, "share_of_stage", lambda *_: held_out)
     comparison = compared([LAG, Cause("tether", (), (0.3,))])
-    named = selected(comparison, [LAG])
-    more = second_look(comparison, named, {("tether", ())})
-    assert "tether" not in {one.effect for one in more.fitted.causes}
+    more = second_look(comparison, selected(comparison, [LAG]), {("tether", ())})
+    assert ("tether" in {one.effect for one in more.fitted.causes}) == named
 
 
-def test_what_it_hides_is_still_seen() -> None:
+@pytest.mark.parametrize(
+    ("pull", "held_out", "named"),
+    [(0.3, 0.6, True), (0.3, 0.4, False), (0.05, 0.6, False), (20.0, 0.6, False)],
+)
+def test_what_gains_little_of_the_whole_is_added_if_it_explains_most_of_its_channels(
+    pull: float, held_out: float, named: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not if half of what held-out runs show there is left, if it is small, or at a bound."""
+    monkeypatch.setattr(looking, "_as_a_law", lambda *_: None)
+    monkeypatch.setattr(looking, "share_of_stage", lambda *_: held_out)
+    more = [("tether", ())] if named else []
+    assert added(compared([LAG, Cause("tether", (), (pull,))]), [LAG]) == more
+
+
+def test_what_it_hides_is_still_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(looking, "_large_part", lambda *_: False)
     law, tether = Cause("square_law", (), ()), Cause("tether", (), (0.5,))
     comparison = compared([LAG, tether, law])
     named = selected(comparison, [LAG])

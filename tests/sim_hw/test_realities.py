@@ -17,6 +17,7 @@ from sim_hw.plant.leg_path import foot_path
 from sim_hw.plant.mujoco_model import build_model
 from sim_hw.plant.parameters import PlantParameters
 from sim_hw.plant.plant import Plant
+from sim_hw.plant.shaft_friction import duty_a_rad
 from sim_hw.plant.structure import GearSide, LoopKind, ServoLoop
 from sim_hw.realities.catalogue import REALITIES, USUAL, find_reality, why_not_in
 from sim_hw.realities.own_effects import EVERY_ROBOT, own_effects
@@ -269,19 +270,28 @@ def test_another_robot_has_a_file_of_its_own() -> None:
 
 
 def test_what_healthy_robots_have_is_in_the_plant_they_are_made_of() -> None:
-    assert own_effects(USUAL) == EVERY_ROBOT
+    assert own_effects(USUAL) == EVERY_ROBOT | {"servo_compliance"}
     assert np.isfinite(NOMINAL.side_stiffness).all()
     assert np.isinf(made(USUAL).ground.stiffness).all()
     for reality in REALITIES:
         own, plant = own_effects(reality), made(reality)
         assert own <= set(EFFECTS), reality.name
         assert ("gear_backlash" in own) == bool(plant.drive.backlash.any()), reality.name
-        assert ("servo_compliance" in own) == bool(plant.drive.compliance.any()), reality.name
+        soft = plant.drive.loop.kind is LoopKind.POSITION or plant.drive.compliance.any()
+        assert ("servo_compliance" in own) == soft, reality.name
         assert ("ground_stiffness" in own) == np.isfinite(plant.ground.stiffness).all()
         assert ("chassis_twist" in own) == (plant.twist > 0.0), reality.name
         assert ("marker_on_shank" in own) == (reality.sensing.marker_share < 1.0), reality.name
         assert ("foot_rolling" in own) == (plant.rolling_radius > 0.0), reality.name
     assert own_effects(find_reality("workshop")) >= {"hip_mount_offset", "leg_stiffness"}
+
+
+def test_a_loop_without_an_integral_holds_a_load_by_an_error_that_shows() -> None:
+    motor = made(USUAL).motors[0]
+    stall_nm = motor.torque_constant * motor.battery_v / motor.resistance
+    rad_per_nm = 1.0 / (duty_a_rad(USUAL.loop) * stall_nm)
+    assert rad_per_nm == pytest.approx(0.0181, abs=1e-4)
+    assert rad_per_nm > 0.5 * EFFECTS["servo_compliance"].parameters[0].spread
 
 
 def test_effects_that_a_reality_cannot_have_are_known() -> None:

@@ -7,7 +7,10 @@ from gap import constants
 from gap.constants import Constant
 
 # doubled, these would reach 1 or more: half of the way to 1 instead
-SHARES = frozenset({"SHOWN", "MOSTLY", "WHOLE_SHARE", "NONE_LIKELY"})
+SHARES = frozenset({
+    "SHOWN", "MOSTLY", "WHOLE_SHARE", "NONE_LIKELY", "HUNTS_KEEPS", "HUNTS_ALWAYS", "PLACE_SHARE",
+    "CONTAINS_SHARE",
+})  # fmt: skip
 # half and twice the odds: their logarithm less and more by ln 2
 LOG_ODDS = frozenset({"NONE"})
 

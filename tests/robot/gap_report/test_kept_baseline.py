@@ -56,7 +56,7 @@ def test_nothing_is_kept_of_machines_whose_file_is_elsewhere(
 ) -> None:
     assert baseline_of(study(), MJCF, fresh=False) == (None, False)
     assert baseline_of(study(), "", fresh=False) == (None, False)
-    few = make_study(toy_case(), Toy(), toy_references()[:2])
+    few = make_study(toy_case(), Toy(), toy_references()[:1])
     assert baseline_of(few, LEGGED, fresh=False) == (None, False)
     assert not searched
     assert not (tmp_path / "kept").exists()
