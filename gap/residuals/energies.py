@@ -33,26 +33,39 @@ def chance_of_energies(
 
 
 def _energy_chance(trials: FloatArray, runs: FloatArray) -> float:
-    """Chance of the energies of M trials, (M, C), by Student's t over N runs, (N, C)."""
+    """Chance of the energies of M trials, (M, C), by Student's t over N runs, (N, C).
+
+    NaN is what a run did not measure; a channel counts that some trial and two runs did.
+    """
     trial_logs, run_logs = np.log(trials + 1e-9), np.log(runs + 1e-9)
-    n, m = len(run_logs), len(trial_logs)
-    known = np.isfinite(trial_logs).all(axis=0) & np.isfinite(run_logs).all(axis=0)
-    if not known.any() or n < 2:
+    own, others = np.isfinite(trial_logs).sum(axis=0), np.isfinite(run_logs).sum(axis=0)
+    known = (own > 0) & (others > 1)
+    if not known.any():
         return 1.0
-    trial_logs, run_logs = trial_logs[:, known], run_logs[:, known]
-    mean = run_logs.mean(axis=1)
-    scatter = max(float(mean.std(ddof=1)), LEAST_SCATTER)
-    t = (trial_logs.mean() - mean.mean()) / (scatter * np.sqrt(1 / n + 1 / m))
-    p_mean = float(special.stdtr(n - 1, -t))
+    own, others = own[known], others[known]
+    centre = np.nanmean(run_logs[:, known], axis=0)
+    trial_logs, run_logs = trial_logs[:, known] - centre, run_logs[:, known] - centre
+    trial_means, means = _means(trial_logs), _means(run_logs)
+    scatter = max(float(means.std(ddof=1)), LEAST_SCATTER)
+    apart = scatter * np.sqrt(1 / len(means) + 1 / len(trial_means))
+    p_mean = float(special.stdtr(len(means) - 1, -(trial_means.mean() - means.mean()) / apart))
     width = scatter_between(run_logs)
-    worst = float(np.max(trial_logs.mean(axis=0) - run_logs.mean(axis=0)))
-    free = (n - 1) * min(int(known.sum()), CHANNELS_APART)
-    p_channel = float(special.stdtr(free, -worst / (width * np.sqrt(1 / n + 1 / m))))
-    return min(1.0, 2 * min(p_mean, p_channel * int(known.sum())))
+    worst = float(np.max(np.nanmean(trial_logs, axis=0) / np.sqrt(1 / others + 1 / own)))
+    free = float(others.mean() - 1) * min(len(others), float(CHANNELS_APART))
+    p_channel = float(special.stdtr(free, -worst / width))
+    return min(1.0, 2 * min(p_mean, p_channel * len(others)))
+
+
+def _means(logs: FloatArray) -> FloatArray:
+    """Mean of each run, of those that measured anything."""
+    return np.asarray(np.nanmean(logs[np.isfinite(logs).any(axis=1)], axis=1))
 
 
 def scatter_between(run_logs: FloatArray) -> float:
-    """Scatter of logarithms of energies between N runs, (N, K), about the mean of each of K, pooled."""
-    centred = run_logs - run_logs.mean(axis=0)
-    free = centred.size - centred.shape[1]
-    return max(float(np.sqrt((centred**2).sum() / free)), LEAST_SCATTER)
+    """Scatter of logarithms of energies between N runs, (N, K), about the mean of each of K, pooled.
+
+    NaN is what a run did not measure.
+    """
+    centred = run_logs - np.nanmean(run_logs, axis=0)
+    free = int(np.isfinite(centred).sum()) - centred.shape[1]
+    return max(float(np.sqrt(np.nansum(centred**2) / free)), LEAST_SCATTER)

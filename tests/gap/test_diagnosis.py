@@ -146,6 +146,22 @@ def test_one_reference_tells_no_scatter_nor_do_two_for_one_trial_or_with_a_chann
     assert "cannot be estimated" in d.false_alarm_words
 
 
+def test_a_gap_in_a_channel_that_one_reference_lacks_is_seen() -> None:
+    """And one in a channel that a trial lacks: the others are compared."""
+    known = toy_references(10, wander=0.01)[:4]
+    known[1] = replace(known[1], force_n=np.full_like(known[1].force_n, np.nan))
+    odd = [
+        replace(one, force_n=one.force_n + 3.0 * np.sin(7.0 * one.time_s)[:, None, None])
+        for one in toy_case(seed=10, wander=0.01)
+    ]
+    odd[2] = replace(odd[2], force_n=np.full_like(odd[2].force_n, np.nan))
+    d = diagnose(odd, Toy(), known)
+    assert d.detection is not None
+    assert d.detection.p_energy < 0.01
+    assert d.verdict is Verdict.UNEXPLAINED
+    assert diagnose(toy_case(seed=10, wander=0.01), Toy(), known).verdict is Verdict.NO_GAP
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("of_them", [(0, 1), (0, 3), (0, 4)])
 def test_false_alarms_with_two_references_keep_the_aim(of_them: tuple[int, int]) -> None:
