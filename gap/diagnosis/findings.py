@@ -377,11 +377,7 @@ class Diagnosis:
         if self.detection is None:
             return "without three references the false-alarm rate cannot be estimated"
         if self.new_commands is not None:
-            return (
-                "false-alarm rate: not known, because commands are "
-                f"{self.new_commands.distance_rad:.2g} rad (RMS over a cycle) from those of the nearest "
-                f"reference; references are within {self.new_commands.known_rad:.2g} rad of another one"
-            )
+            return f"false-alarm rate: not known, because {self.new_commands.words}"
         return (
             f"false-alarm rate: aimed at {percent_words(float(FALSE_ALARMS))}; "
             f"{self.detection.references} references alone can guarantee no less than "

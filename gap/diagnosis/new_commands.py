@@ -30,6 +30,15 @@ class NewCommands:
     distance_rad: float
     known_rad: float
 
+    @property
+    def words(self) -> str:
+        """Say it in a sentence."""
+        known = f"are within {self.known_rad:.2g} rad of another one"
+        return (
+            f"commands are {self.distance_rad:.2g} rad (RMS over a cycle) from those of the nearest "
+            f"reference; references of its gait {known if self.known_rad else 'are commanded alike'}"
+        )
+
 
 def new_commands(
     trials: Sequence[TrialPart], references: Sequence[TrialPart]
