@@ -205,8 +205,8 @@ class BusPort(ClockedPort):
 
 def latency_timer_ms(port_name: str) -> float | None:
     """Return the adapter's latency timer as the system reports it [ms]."""
-    device = Path(os.path.realpath(port_name)).name
-    try:
+    try:  # a port that is unplugged just now cannot be followed to its device
+        device = Path(os.path.realpath(port_name)).name
         return float((USB_SERIAL_DEVICES / device / "latency_timer").read_text())
     except (OSError, ValueError):
         return None

@@ -257,6 +257,19 @@ def test_low_latency_is_asked_for_and_the_timer_is_read(
     assert port.latency_ms == (reported or servo_port.UNKNOWN_LATENCY_MS)
 
 
+def test_a_name_that_vanishes_while_it_is_followed_has_no_latency_timer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Between looking at a link and reading it the cable can be pulled."""
+    (tmp_path / "servo_bus").symlink_to("/dev/ttyUSB0")
+
+    def pulled(_: object) -> str:
+        raise FileNotFoundError(2, "No such file or directory", str(tmp_path / "servo_bus"))
+
+    monkeypatch.setattr(servo_port.os, "readlink", pulled)
+    assert servo_port.latency_timer_ms(str(tmp_path / "servo_bus")) is None
+
+
 def test_a_pseudo_terminal_has_no_latency_timer(wire: PtyServos) -> None:
     port = BusPort(wire.name, 1_000_000, MonotonicClock())
     port.openPort()
