@@ -48,21 +48,9 @@ def _greedy(evidence: Evidence, alike: Weighed) -> list[Gain]:
         if not ranked or ranked[0].nats < GREEDY_NATS:
             break
         best = ranked[0]
-        residual = residual - _change(alike.signatures, best).reshape(residual.shape)
+        residual = residual - best.change(alike.signatures).reshape(residual.shape)
         chosen.append(best)
     return chosen
-
-
-def _change(signatures: Signatures, gain: Gain) -> np.ndarray:
-    one = gain.signature
-    size = signatures.matrix.shape[1]
-    change = np.zeros(size)
-    if one.offset >= 0:
-        change += signatures.matrix[one.offset]
-    for i, row in zip(one.live, one.rows, strict=True):
-        spread = one.candidate.effect.parameters[i].spread
-        change += signatures.matrix[row] * ((gain.values[i] - one.start[i]) / spread)
-    return change
 
 
 def _all_at_once(

@@ -4,8 +4,9 @@ The first causes are then mostly what the simulator lacks on this machine, healt
 legs that were built by hand differ in. What is wrong with it comes after these. So the search goes on for
 causes that gain as much of the whole score as a baseline model error must. A cause in one leg gains less,
 and so does one at a place: these are named if they explain their part of what is left in their channels,
-the one in a leg only where this is unlike the others. So is, last, one of the whole machine that is large
-and explains most of what its channels show. Each must help to predict held-out runs, each stage fed with
+the one in a leg only where this is unlike the others. So are, last, one of the whole machine that is large
+and explains a part of its channels, most of it in held-out runs, and one in a leg, alike or not, that
+explains most of its channels there. Each must help to predict held-out runs, each stage fed with
 what was measured.
 """
 
@@ -28,14 +29,24 @@ from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, Family, families_of, size_of
 from gap.search.fit import Fitted
 from gap.search.look import Look, Search, Selection, Step, rank
-from gap.search.options import Option, fit_option, on_bound, share_closed, share_of, worth
+from gap.search.options import (
+    Option,
+    Walked,
+    as_they_act,
+    ends_on_bound,
+    fit_option,
+    share_of,
+    worth,
+)
 from gap.search.replacement import left_out
-from gap.search.screen import Signatures, gains, make_signatures
+from gap.search.screen import Gain, Signatures, gains, make_signatures
 from gap.search.unlike import unlike_joints
 
-MOST_MORE = 5  # causes
+MOST_MORE = 8  # causes
 FITTED = 3  # joints, or places, at each step
-FITTED_BY_SHARE = 6  # effects of the whole machine, at each step
+FITTED_BY_SHARE = 3  # candidates that explain much of their channels, at each step
+WALKED = 80  # candidates that are predicted at a few sizes, at each step
+MAY_REACH = 0.7  # of the share that it must close, before it is fitted
 SMALLER = (1.0, 0.75, 0.5, 0.25)  # of its size, if it acted everywhere
 AS_A_LAW = Search(least_gain=LAW_GAIN, least_size=LEAST_SIZE)
 
@@ -50,8 +61,8 @@ def second_look(
         selection: The causes so far.
         dropped: Causes that held-out runs spoke against. Where the search comes back to one of them it goes
             on with that one in the fit, so that what it hides is found, but does not name it. It is named
-            again at a joint that is unlike the others, and at a place, as little of the whole is much of a
-            joint; and if it is large and explains its part where each stage is fed what was measured.
+            again at a joint and at a place, as little of the whole is much of a joint; and if it is large
+            and explains its part where each stage is fed what was measured.
     """
     if comparison.study.references or comparison.study.local is Drive.COMMAND:
         return selection  # nothing could be judged stage by stage
@@ -61,13 +72,18 @@ def second_look(
     )
     hidden: set[int] = set()  # numbers of causes that are not named
     for _ in range(MOST_MORE + len(dropped)):
-        part = _one_joint(comparison, selection, signatures) or _at_a_place(
-            comparison, selection, signatures
+        walked = as_they_act(
+            evidence, selection.fitted, _gains(comparison, selection, signatures), WALKED
         )
+        part = _one_joint(comparison, selection, signatures, walked) or _at_a_place(
+            comparison, selection, walked
+        )
+        law = None if part else _as_a_law(comparison, selection, signatures)
         step = (
             part
-            or _as_a_law(comparison, selection, signatures)
-            or _in_its_channels(comparison, selection, signatures)
+            or law
+            or _in_its_channels(comparison, selection, walked)
+            or _most_of_a_joint(comparison, selection, walked)
         )
         if step is None:
             break
@@ -75,7 +91,7 @@ def second_look(
         steps = (*selection.steps, step)
         selection = replace(selection, fitted=option.fitted, unseen=option.unseen, steps=steps)
         if (
-            part is None
+            law is not None
             and option.added.family in dropped
             and not _large_part(comparison, option, standing, REST_SHARE)
         ):
@@ -90,7 +106,10 @@ def second_look(
 
 
 def _one_joint(
-    comparison: GapEvidence, selection: Selection, signatures: Signatures
+    comparison: GapEvidence,
+    selection: Selection,
+    signatures: Signatures,
+    walked: Sequence[Walked],
 ) -> Step | None:
     """Return the cause at a joint that is unlike the others, the other such joints its alternatives."""
     evidence, standing = comparison.evidence, selection.fitted
@@ -100,11 +119,11 @@ def _one_joint(
     )
     unlike = [(one.candidate, one.values) for one in ranked if one.chance < FALSE_ALARMS]
     step = _best(comparison, selection, unlike[:FITTED])
-    return step and _at_its_joint(comparison, selection, signatures, step)
+    return step and _at_its_joint(comparison, selection, walked, step)
 
 
 def _at_its_joint(
-    comparison: GapEvidence, selection: Selection, signatures: Signatures, step: Step
+    comparison: GapEvidence, selection: Selection, walked: Sequence[Walked], step: Step
 ) -> Step:
     """Return the best effect at a joint that is unlike the others.
 
@@ -112,7 +131,7 @@ def _at_its_joint(
     """
     joints, family = step.chosen.added.joints, step.chosen.added.family
     other = _best_of(
-        comparison, selection, signatures, lambda one: one.joints == joints and one.family != family
+        comparison, selection, walked, lambda one: one.joints == joints and one.family != family
     )
     if other is None:
         return step
@@ -122,13 +141,10 @@ def _at_its_joint(
 
 
 def _at_a_place(
-    comparison: GapEvidence, selection: Selection, signatures: Signatures
+    comparison: GapEvidence, selection: Selection, walked: Sequence[Walked]
 ) -> Step | None:
     """Return the cause at a place of the world, which only what came there has met."""
-    step = _best_of(
-        comparison, selection, signatures,
-        lambda one: any(p.located for p in one.effect.parameters),
-    )  # fmt: skip
+    step = _best_of(comparison, selection, walked, _located)
     return step if step is not None and _only_there(comparison.evidence, step.chosen) else None
 
 
@@ -154,21 +170,35 @@ def _only_there(evidence: Evidence, option: Option) -> bool:
 def _best_of(
     comparison: GapEvidence,
     selection: Selection,
-    signatures: Signatures,
+    walked: Sequence[Walked],
     asked: Callable[[Candidate], bool],
 ) -> Step | None:
     """Return the best of the candidates that are asked for, the others fitted as alternatives.
 
-    Of those that are not named yet, the few that gain most to first order are fitted.
+    The few that gain most are fitted.
     """
-    evidence, residual = comparison.evidence, selection.fitted.residual
-    taken = families_of(selection.fitted.causes, evidence.effects)
     ranked = [
-        (candidate, gain.values)
-        for gain in gains(signatures, residual, evidence.weights(residual))
-        if (candidate := gain.signature.candidate).family not in taken and asked(candidate)
+        (one.gain.signature.candidate, one.gain.values)
+        for one in walked
+        if asked(one.gain.signature.candidate)
     ]
     return _best(comparison, selection, ranked[:FITTED])
+
+
+def _gains(comparison: GapEvidence, selection: Selection, signatures: Signatures) -> list[Gain]:
+    """Return what candidates that are not named yet gain to first order, best first."""
+    evidence, residual = comparison.evidence, selection.fitted.residual
+    taken = families_of(selection.fitted.causes, evidence.effects)
+    return [
+        gain
+        for gain in gains(signatures, residual, evidence.weights(residual))
+        if gain.signature.candidate.family not in taken
+    ]
+
+
+def _located(one: Candidate) -> bool:
+    """Whether a candidate acts at a place of the world."""
+    return any(p.located for p in one.effect.parameters)
 
 
 def _best(
@@ -177,18 +207,38 @@ def _best(
     candidates: Sequence[tuple[Candidate, tuple[float, ...]]],
 ) -> Step | None:
     """Return the best that is large and clear and explains its part, the others as alternatives."""
+    options = _fitted(comparison, selection, candidates)
+    options.sort(key=lambda one: -one.over.nats)
+
+    def explains(option: Option) -> bool:
+        large = size_of(option.cause, option.added.effect) >= LEAST_SIZE
+        return large and share_of(comparison.evidence, option, selection.fitted, 0.0) >= REST_SHARE
+
+    return _first(comparison, options, explains)
+
+
+def _fitted(
+    comparison: GapEvidence,
+    selection: Selection,
+    candidates: Sequence[tuple[Candidate, tuple[float, ...]]],
+) -> list[Option]:
+    """Fit each candidate beside what is named."""
     evidence, standing = comparison.evidence, selection.fitted
-    options = [
-        fit_option(evidence, one, (*standing.causes, one.cause(values)), selection.unseen)
+    return [
+        fit_option(
+            evidence, one, (*standing.causes, one.cause(values)), selection.unseen, near=standing
+        )
         for one, values in candidates
     ]
-    options.sort(key=lambda one: -one.over.nats)
+
+
+def _first(
+    comparison: GapEvidence, options: Sequence[Option], explains: Callable[[Option], bool]
+) -> Step | None:
+    """Return the first that is clear, explains enough and helps held-out runs, others as alternatives."""
     for option in options:
-        effect = option.added.effect
-        large = size_of(option.cause, effect) >= LEAST_SIZE
-        clear = worth(option.over, len(effect.parameters), len(option.unseen))
-        part = share_of(evidence, option, standing, 0.0) >= REST_SHARE
-        if large and clear and part and _agrees(comparison, option):
+        clear = worth(option.over, len(option.added.effect.parameters), len(option.unseen))
+        if clear and explains(option) and _agrees(comparison, option):
             return Step(option, tuple(one for one in options if one is not option))
     return None
 
@@ -206,48 +256,70 @@ def _as_a_law(comparison: GapEvidence, selection: Selection, signatures: Signatu
 
 
 def _in_its_channels(
-    comparison: GapEvidence, selection: Selection, signatures: Signatures
+    comparison: GapEvidence, selection: Selection, walked: Sequence[Walked]
 ) -> Step | None:
     """Return a cause of the whole machine that gains little of the whole, and much of its channels."""
-    evidence, standing = comparison.evidence, selection.fitted
-    taken = families_of(standing.causes, evidence.effects)
-    ranked = []
-    for gain in gains(signatures, standing.residual, evidence.weights(standing.residual)):
-        one = gain.signature.candidate
-        at_a_place = any(p.located for p in one.effect.parameters)
-        if one.family in taken or len(one.joints) == 1 or at_a_place or not one.effect.parameters:
-            continue
-        if size_of(one.cause(gain.values), one.effect) < LEAST_SIZE:
-            continue
-        left = standing.residual - gain.change(signatures).reshape(standing.residual.shape)
-        ranked.append((share_closed(evidence, standing.residual, left), one, gain.values))
-    ranked.sort(key=lambda each: (-each[0], each[1].key))
-    options = [
-        fit_option(evidence, one, (*standing.causes, one.cause(values)), selection.unseen)
-        for _, one, values in ranked[:FITTED_BY_SHARE]
-    ]
+
+    def asked(one: Candidate) -> bool:
+        return len(one.joints) != 1 and not _located(one) and bool(one.effect.parameters)
+
+    return _by_share(comparison, selection, walked, asked, SIZEABLE, REST_SHARE)
+
+
+def _most_of_a_joint(
+    comparison: GapEvidence, selection: Selection, walked: Sequence[Walked]
+) -> Step | None:
+    """Return a cause at one joint that explains most of what its channels show.
+
+    What is not linear, and what all joints ask for a little of, is not found unlike others.
+    """
+
+    def asked(one: Candidate) -> bool:
+        return len(one.joints) == 1 and not _located(one)
+
+    return _by_share(comparison, selection, walked, asked, LEAST_SIZE, HELD_OUT_MOST)
+
+
+def _by_share(
+    comparison: GapEvidence,
+    selection: Selection,
+    walked: Sequence[Walked],
+    asked: Callable[[Candidate], bool],
+    least_size: float,
+    least_share: float,
+) -> Step | None:
+    """Return the best that is asked for and explains such a part of its channels, and most held out."""
+    standing = selection.fitted
+    ranked = sorted(
+        (one for one in walked if asked(one.gain.signature.candidate)), key=lambda one: -one.share
+    )
+    near = [one.gain for one in ranked[:FITTED_BY_SHARE] if one.share >= MAY_REACH * least_share]
+    options = _fitted(
+        comparison, selection, [(one.signature.candidate, one.values) for one in near]
+    )
     options.sort(key=rank)
-    for option in options:
-        clear = worth(option.over, len(option.added.effect.parameters), len(option.unseen))
-        if (
-            clear
-            and _agrees(comparison, option)
-            and _large_part(comparison, option, standing, HELD_OUT_MOST)
-        ):
-            return Step(option, tuple(one for one in options if one is not option))
-    return None
+    return _first(
+        comparison,
+        options,
+        lambda one: _large_part(comparison, one, standing, HELD_OUT_MOST, least_size, least_share),
+    )
 
 
 def _large_part(
-    comparison: GapEvidence, option: Option, standing: Fitted, of_held_out: float
+    comparison: GapEvidence,
+    option: Option,
+    standing: Fitted,
+    of_held_out: float,
+    least_size: float = SIZEABLE,
+    least_share: float = REST_SHARE,
 ) -> bool:
     """Whether an option adds what is large, and explains its part of fitted and of held-out runs."""
-    if size_of(option.cause, option.added.effect) < SIZEABLE or on_bound(option):
+    if size_of(option.cause, option.added.effect) < least_size or ends_on_bound(option):
+        return False
+    if share_of(comparison.evidence, option, standing, 0.0) < least_share:
         return False
     causes = option.fitted.causes
-    part = share_of(comparison.evidence, option, standing, 0.0)
-    held_out = share_of_stage(comparison, causes, len(causes) - 1)
-    return part >= REST_SHARE and held_out >= of_held_out
+    return share_of_stage(comparison, causes, len(causes) - 1) >= of_held_out
 
 
 def _agrees(comparison: GapEvidence, option: Option) -> bool:

@@ -87,9 +87,9 @@ class Study:
         Three do. Two do for two trials or more, which tell their own scatter, if both measured whatever the
         trials did: a channel that one of them lacks is compared with nothing.
         """
-        if len(self.references) != ENOUGH_REFERENCES - 1:
-            return len(self.references) >= ENOUGH_REFERENCES
-        if len(self.trials) < 2:
+        if len(self.references) >= ENOUGH_REFERENCES:
+            return True
+        if len(self.references) < 2 or len(self.trials) < 2:
             return False
         asked = np.any([_measured(part) for part in (*self.fitted, *self.held)], axis=0)
         both = np.all([_measured(part) for part in self.references], axis=0)

@@ -15,6 +15,7 @@ from gap.diagnosis.trend import Trend
 from gap.interfaces import Cause, Effect, place_words
 from gap.residuals.evidence import Evidence
 from gap.residuals.floor import ENOUGH_REFERENCES
+from gap.search.candidates import on_bound
 from gap.search.look import Selection
 from model.values.arrays import FloatArray
 
@@ -132,11 +133,8 @@ def fitted_values(effect: Effect, cause: Cause, errors: FloatArray) -> tuple[Val
     """Return the values of a cause with their errors, (P,) in spreads, and which lie on a bound."""
     out = []
     for p, value, error in zip(effect.parameters, cause.values, errors, strict=True):
-        edge = 1e-6 * (p.upper - p.lower)
-        bound = not p.lower + edge < value < p.upper - edge
-        # neutral is no limit of the effect, even where it lies on a bound: it is without this number
-        bound = bound and abs(value - p.neutral) > edge
-        out.append(Value(p.name, p.unit, value, float(error) * p.spread, p.neutral, bound))
+        ends = on_bound(p, value)
+        out.append(Value(p.name, p.unit, value, float(error) * p.spread, p.neutral, ends))
     return tuple(out)
 
 

@@ -255,6 +255,16 @@ def ratio_steps(p: Parameter) -> list[float]:
     return [float(p.lower * (p.upper / p.lower) ** q) for q in (0.1, *QUANTILES, 0.9)]
 
 
+def on_bound(p: Parameter, value: float) -> bool:
+    """Whether a value lies on a bound, or nearer than rounding.
+
+    Neutral is no limit of the effect, even where it lies on a bound: it is without this number.
+    """
+    edge = 1e-6 * (p.upper - p.lower)
+    inside = p.lower + edge < value < p.upper - edge
+    return not inside and abs(value - p.neutral) > edge
+
+
 def off_bounds(causes: tuple[Cause, ...], effects: Mapping[str, Effect]) -> tuple[Cause, ...]:
     """Return causes with every value that lies on a bound moved half way to neutral."""
     listed = []
@@ -267,7 +277,7 @@ def off_bounds(causes: tuple[Cause, ...], effects: Mapping[str, Effect]) -> tupl
 
 
 def _towards_neutral(p: Parameter, value: float) -> float:
-    if p.lower < value < p.upper or value == p.neutral:
+    if not on_bound(p, value):
         return value
     if by_ratios(p):
         return float(np.sqrt(value * p.neutral))

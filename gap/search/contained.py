@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from gap.constants import AHEAD_NATS, CONTAINS_SHARE, OPEN_LEVEL
 from gap.residuals.evidence import Evidence
 from gap.search.cross_validation import advantage
-from gap.search.options import Option, fit_option, on_bound
+from gap.search.options import Option, ends_on_bound, fit_option
 
 
 def containing(evidence: Evidence, new: Option, others: Iterable[tuple[Option, float]]) -> Option:
@@ -24,7 +24,7 @@ def containing(evidence: Evidence, new: Option, others: Iterable[tuple[Option, f
             bound of its values explains nothing.
     """
     for other, p in others:
-        if p >= OPEN_LEVEL or on_bound(other):
+        if p >= OPEN_LEVEL or ends_on_bound(other):
             continue
         ahead = advantage(other.unseen, new.unseen, evidence.block_part)
         if ahead.nats > max(ahead.error, AHEAD_NATS) and _contains(evidence, other, new):

@@ -24,10 +24,11 @@ from gap.search.options import (
     NEAR,
     SHORTLIST,
     Option,
+    as_they_act,
+    ends_on_bound,
     energy_share_of,
     fit_option,
     nats_beyond,
-    on_bound,
     share_of,
     shortlist,
     usual_score,
@@ -184,15 +185,7 @@ class Look:
 
         With references, what differs most between days may be all of the first list; so there are more.
         """
-        taken = families_of(selection.fitted.causes, self.evidence.effects)
-        residual = selection.fitted.residual
-        least = self.least_nats(selection.unseen)
-        forms: dict[Family, list[Gain]] = {}
-        for gain in gains(signatures, residual, self.evidence.weights(residual)):
-            if gain.signature.candidate.family not in taken and self._may_gain(
-                gain, signatures, least
-            ):
-                forms.setdefault(gain.signature.candidate.family, []).append(gain)
+        forms = self._forms(selection, signatures)
         ranked = [best for best, *_ in forms.values()]
         options: list[Option] = []
         usual: list[tuple[Option, float]] = []
@@ -229,6 +222,28 @@ class Look:
                 usual.append((one, p))  # healthy runs show it as well: no rival of what is new
                 least_p = min(least_p, max(p, level))
         return (min(options, key=rank), least_p, ()) if options else None
+
+    def _forms(self, selection: Selection, signatures: Signatures) -> dict[Family, list[Gain]]:
+        """Return the forms of each cause that may be next, the best first, causes with the best first.
+
+        Without references those of the whole machine are ranked as they act. At one joint the misfit of a
+        simulator that is wrong at all of them would be explained by more of what it is there.
+        """
+        taken = families_of(selection.fitted.causes, self.evidence.effects)
+        residual = selection.fitted.residual
+        least = self.least_nats(selection.unseen)
+        forms: dict[Family, list[Gain]] = {}
+        for gain in gains(signatures, residual, self.evidence.weights(residual)):
+            family = gain.signature.candidate.family
+            if family not in taken and self._may_gain(gain, signatures, least):
+                forms.setdefault(family, []).append(gain)
+        if self.healthy is not None:
+            return forms
+        best = [own[0] for own in forms.values()]
+        whole = [one for one in best if len(one.signature.candidate.joints) != 1]
+        for walked in as_they_act(self.evidence, selection.fitted, whole):
+            forms[walked.gain.signature.candidate.family][0] = walked.gain
+        return dict(sorted(forms.items(), key=lambda own: -own[1][0].nats))
 
     def _may_gain(self, gain: Gain, signatures: Signatures, nats: float) -> bool:
         """Whether a candidate may gain so much; a law that hardly changes the prediction may not."""
@@ -292,12 +307,12 @@ class Look:
 
     def off_bound(self, best: Option, p: float, options: Sequence[Option]) -> tuple[Option, float]:
         """Prefer to one fitted to its bound another that is no farther behind than the misfit hides."""
-        if self.healthy is None or not on_bound(best):
+        if self.healthy is None or not ends_on_bound(best):
             return best, p
         left = nats_beyond(self.evidence, best.unseen, self.healthy)
         for other in sorted(options, key=lambda o: -o.over.nats):
             near = best.over.nats - other.over.nats < HIDDEN_SHARE * left
-            if other is best or not near or on_bound(other):
+            if other is best or not near or ends_on_bound(other):
                 continue
             other_p = self.chance(other)
             if other_p < CAUSE_LEVEL:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy import special
@@ -10,7 +11,7 @@ from gap.constants import ACTS, CLEAR_ERRORS, FALSE_ALARMS, WORTH_NATS
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
-from gap.search.candidates import APART_M, Candidate, off_bounds
+from gap.search.candidates import APART_M, Candidate, off_bounds, on_bound
 from gap.search.cross_validation import Advantage, advantage, unseen_score
 from gap.search.fit import ROUNDS, Fitted, fit_causes, free_values, moved
 from gap.search.screen import Gain
@@ -22,6 +23,8 @@ NEAR_PLACES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # of the distance of places tha
 # Chance, among all candidates, of a healthy machine showing a cause that is named. The rest of the
 # false alarms is for energies, of which healthy machines hardly ever reach the level.
 CAUSE_LEVEL = 0.8 * FALSE_ALARMS
+WALKED = 32  # candidates that are predicted at a few sizes, where no reference helps
+WALK = (1.0, 2.5, 6.0)  # times what the first order asks for
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
 
 
@@ -44,6 +47,13 @@ class Option:
     def cause(self) -> Cause:
         """What it adds, as fitted."""
         return next(c for c in self.fitted.causes if (c.effect, c.joints) == self.added.key)
+
+
+class Walked(NamedTuple):
+    """What a candidate gains at the best of a few sizes, and the share that it closes in its channels."""
+
+    gain: Gain
+    share: float
 
 
 def share_of(
@@ -108,13 +118,10 @@ def _closed(
     return float(gain[on].sum() / beyond.sum()) if on.any() else 0.0
 
 
-def on_bound(option: Option) -> bool:
+def ends_on_bound(option: Option) -> bool:
     """Whether what an option adds was fitted to a bound of one of its parameters."""
     parameters = option.added.effect.parameters
-    return any(
-        not p.lower < value < p.upper
-        for p, value in zip(parameters, option.cause.values, strict=True)
-    )
+    return any(on_bound(p, value) for p, value in zip(parameters, option.cause.values, strict=True))
 
 
 def usual_energy(evidence: Evidence, healthy: Evidence) -> FloatArray:
@@ -196,6 +203,53 @@ def _placed(evidence: Evidence, fitted: Fitted, rounds: int) -> Fitted:
             again = fit_causes(evidence, near[best], rounds)
             fitted = again if again.nats < fitted.nats else fitted
     return fitted
+
+
+def as_they_act(
+    evidence: Evidence, standing: Fitted, ranked: Sequence[Gain], most: int = WALKED
+) -> list[Walked]:
+    """Return what candidates gain on the way that the first order shows, best first.
+
+    Where a residual is large, its weight is small: to first order, a cause that explains it gains little
+    and asks for a small part of its size. So each of the first few is predicted at a few sizes.
+
+    Args:
+        evidence: What is fitted to.
+        standing: What stands.
+        ranked: Candidates, best to first order first.
+        most: How many are looked at.
+    """
+    walks = [_walk(gain) for gain in ranked[:most]]
+    sets = [
+        (*standing.causes, gain.signature.candidate.cause(values))
+        for gain, walk in zip(ranked, walks, strict=False)
+        for values in walk
+    ]
+    before = evidence.score(standing.residual).sum(axis=0)
+    won = [before - evidence.score(one).sum(axis=0) for one in evidence.residuals(sets)]
+    there = iter(won)
+    out = []
+    for gain, walk in zip(ranked, walks, strict=False):
+        values, most_won = max(
+            ((values, next(there)) for values in walk), key=lambda one: float(one[1].sum())
+        )
+        nats = float(most_won.sum())
+        share = _closed(before, most_won, 0.0, acting(most_won)) if nats > 0.0 else 0.0
+        out.append(Walked(replace(gain, values=values, nats=nats), share))
+    return sorted(out, key=lambda one: -one.gain.nats)
+
+
+def _walk(gain: Gain) -> list[tuple[float, ...]]:
+    """Values on the way, from those that the first order asks for on, within bounds."""
+    parameters = gain.signature.candidate.effect.parameters
+    walk = [
+        tuple(
+            value if p.located else float(np.clip(p.neutral + k * (value - p.neutral), p.lower, p.upper))
+            for p, value in zip(parameters, gain.values, strict=True)
+        )
+        for k in WALK
+    ]  # fmt: skip
+    return list(dict.fromkeys(walk))
 
 
 def shortlist(

@@ -71,15 +71,15 @@ class Gain:
     values: tuple[float, ...]
     nats: float
 
-    def change(self, signatures: "Signatures") -> NDArray[np.float32]:
+    def change(self, signatures: "Signatures") -> FloatArray:
         """Return by how much the residual falls, to first order, (F C)."""
         one = self.signature
-        changed = np.zeros(signatures.matrix.shape[1], dtype=np.float32)
+        changed = np.zeros(signatures.matrix.shape[1])
         if one.offset >= 0:
             changed += signatures.matrix[one.offset]
         for i, row in zip(one.live, one.rows, strict=True):
             spread = one.candidate.effect.parameters[i].spread
-            changed += np.float32((self.values[i] - one.start[i]) / spread) * signatures.matrix[row]
+            changed += signatures.matrix[row] * ((self.values[i] - one.start[i]) / spread)
         return changed
 
 

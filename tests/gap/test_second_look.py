@@ -80,6 +80,19 @@ def test_what_gains_little_of_the_whole_is_added_if_it_explains_most_of_its_chan
     assert added(compared([LAG, Cause("tether", (), (pull,))]), [LAG]) == more
 
 
+@pytest.mark.parametrize(
+    ("ratio", "held_out", "named"), [(0.4, 0.6, True), (0.4, 0.4, False), (0.95, 0.6, False)]
+)
+def test_what_explains_most_of_a_joint_is_added_where_it_is_not_unlike_the_others(
+    ratio: float, held_out: float, named: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With three joints none is unlike the two others. A small one may be what a wrong law looks like."""
+    monkeypatch.setattr(looking, "_as_a_law", lambda *_: None)
+    monkeypatch.setattr(looking, "share_of_stage", lambda *_: held_out)
+    more = [("stiffness", ("c",))] if named else []
+    assert added(compared([LAG, Cause("stiffness", ("c",), (ratio,))]), [LAG]) == more
+
+
 def test_what_it_hides_is_still_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(looking, "_large_part", lambda *_: False)
     law, tether = Cause("square_law", (), ()), Cause("tether", (), (0.5,))

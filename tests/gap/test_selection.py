@@ -26,9 +26,9 @@ from gap.search.look import Known, Look, Search, Selection
 from gap.search.options import (
     CAUSE_LEVEL,
     Option,
+    ends_on_bound,
     energy_share_of,
     fit_option,
-    on_bound,
     share_of,
     shortlist,
     usual_score,
@@ -258,8 +258,8 @@ def test_a_cause_on_its_bound_gives_way_to_one_that_the_misfit_hides(
     monkeypatch.setattr(options_module, "usual_score", lambda *_: np.array([1000.0]))
     stuck, free = option("lag", 9.0, 500.0, 2000.0), option("tether", 0.3, 460.0, 2040.0)
     far = option("tether", 0.3, 440.0, 2060.0)
-    assert on_bound(stuck)
-    assert not on_bound(free)
+    assert ends_on_bound(stuck)
+    assert not ends_on_bound(free)
 
     monkeypatch.setattr(look_module, "chance_healthy", lambda *_: 1e-8)
     monkeypatch.setattr(look_module, "chance_beside_days", lambda *_: 1e-8)

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 
+import numpy as np
+
 from gap.data.check import check_trial
 from gap.interfaces import Cause, DataFault, Drive, Effect, Observation
 from gap.machines.legged.chain import LeggedChain
@@ -60,7 +62,9 @@ class LeggedSimulator:
                 do not fit.
         """
         inputs = self._inputs(trial)
-        signals = self._chain.read(inputs, self._settings(causes), drive)
+        with np.errstate(invalid="ignore", over="ignore"):
+            # values that a search tries may break the chain: no answer is NaN, which counts against them
+            signals = self._chain.read(inputs, self._settings(causes), drive)
         predicted: FloatArray = readonly(to_channels(inputs.grid, inputs.command_rad, signals))
         return predicted
 
