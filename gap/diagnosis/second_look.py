@@ -44,9 +44,9 @@ from gap.search.unlike import unlike_joints
 
 MOST_MORE = 8  # causes
 FITTED = 3  # joints, or places, at each step
-FITTED_BY_SHARE = 3  # candidates that explain much of their channels, at each step
-WALKED = 80  # candidates that are predicted at a few sizes, at each step
-MAY_REACH = 0.7  # of the share that it must close, before it is fitted
+FITTED_BY_SHARE = 4  # candidates that explain much of their channels, at each step
+WALKED = 120  # candidates that are predicted at a few sizes, at each step
+MAY_REACH = 0.7  # of the share that it must close, and of its size, before it is fitted
 SMALLER = (1.0, 0.75, 0.5, 0.25)  # of its size, if it acted everywhere
 AS_A_LAW = Search(least_gain=LAW_GAIN, least_size=LEAST_SIZE)
 
@@ -290,13 +290,15 @@ def _by_share(
 ) -> Step | None:
     """Return the best that is asked for and explains such a part of its channels, and most held out."""
     standing = selection.fitted
-    ranked = sorted(
-        (one for one in walked if asked(one.gain.signature.candidate)), key=lambda one: -one.share
-    )
-    near = [one.gain for one in ranked[:FITTED_BY_SHARE] if one.share >= MAY_REACH * least_share]
-    options = _fitted(
-        comparison, selection, [(one.signature.candidate, one.values) for one in near]
-    )
+    may = [
+        (one.share, candidate, one.gain.values)
+        for one in walked
+        if asked(candidate := one.gain.signature.candidate)
+        and one.share >= MAY_REACH * least_share
+        and size_of(candidate.cause(one.gain.values), candidate.effect) >= MAY_REACH * least_size
+    ]
+    may.sort(key=lambda one: (-one[0], one[1].key))
+    options = _fitted(comparison, selection, [one[1:] for one in may[:FITTED_BY_SHARE]])
     options.sort(key=rank)
     return _first(
         comparison,

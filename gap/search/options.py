@@ -215,7 +215,7 @@ def as_they_act(
 
     Args:
         evidence: What is fitted to.
-        standing: What stands.
+        standing: The causes so far, fitted.
         ranked: Candidates, best to first order first.
         most: How many are looked at.
     """
