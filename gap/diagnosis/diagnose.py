@@ -43,7 +43,7 @@ from gap.search.candidates import Candidate, families_of
 from gap.search.cross_validation import unseen_residual
 from gap.search.look import Selection
 from gap.search.options import closed_beyond, nats_beyond
-from gap.search.selection import closed_share, select
+from gap.search.selection import BY_ITSELF, WHOLE_SEARCH, closed_share, select
 from gap.search.standard_errors import standard_errors
 from record.trial.trial import Trial
 
@@ -109,6 +109,7 @@ def diagnose_study(
     selection = select(
         comparison.evidence, comparison.candidates, comparison.signatures,
         lambda share: progress("which effects", 0.45 + 0.27 * share), comparison.known,
+        WHOLE_SEARCH if study.references else BY_ITSELF,
     )  # fmt: skip
     progress("how much is explained", 0.72)
     selection = settled_by_vibration(comparison.evidence, selection, comparison.healthy)

@@ -31,7 +31,6 @@ from gap.search.fit import Fitted
 from gap.search.look import Look, Search, Selection, Step, rank
 from gap.search.options import (
     Option,
-    Walked,
     as_they_act,
     ends_on_bound,
     fit_option,
@@ -45,10 +44,10 @@ from gap.search.unlike import unlike_joints
 MOST_MORE = 8  # causes
 FITTED = 3  # joints, or places, at each step
 FITTED_BY_SHARE = 4  # candidates that explain much of their channels, at each step
-WALKED = 120  # candidates that are predicted at a few sizes, at each step
+WALKED = 60  # candidates at single joints that are predicted at a few sizes, at each step
 MAY_REACH = 0.7  # of the share that it must close, and of its size, before it is fitted
 SMALLER = (1.0, 0.75, 0.5, 0.25)  # of its size, if it acted everywhere
-AS_A_LAW = Search(least_gain=LAW_GAIN, least_size=LEAST_SIZE)
+AS_A_LAW = Search(least_gain=LAW_GAIN, least_size=LEAST_SIZE, walk=True)
 
 
 def second_look(
@@ -72,18 +71,15 @@ def second_look(
     )
     hidden: set[int] = set()  # numbers of causes that are not named
     for _ in range(MOST_MORE + len(dropped)):
-        walked = as_they_act(
-            evidence, selection.fitted, _gains(comparison, selection, signatures), WALKED
-        )
-        part = _one_joint(comparison, selection, signatures, walked) or _at_a_place(
-            comparison, selection, walked
+        part = _one_joint(comparison, selection, signatures) or _at_a_place(
+            comparison, selection, signatures
         )
         law = None if part else _as_a_law(comparison, selection, signatures)
         step = (
             part
             or law
-            or _in_its_channels(comparison, selection, walked)
-            or _most_of_a_joint(comparison, selection, walked)
+            or _in_its_channels(comparison, selection, signatures)
+            or _most_of_a_joint(comparison, selection, signatures)
         )
         if step is None:
             break
@@ -109,7 +105,6 @@ def _one_joint(
     comparison: GapEvidence,
     selection: Selection,
     signatures: Signatures,
-    walked: Sequence[Walked],
 ) -> Step | None:
     """Return the cause at a joint that is unlike the others, the other such joints its alternatives."""
     evidence, standing = comparison.evidence, selection.fitted
@@ -119,11 +114,11 @@ def _one_joint(
     )
     unlike = [(one.candidate, one.values) for one in ranked if one.chance < FALSE_ALARMS]
     step = _best(comparison, selection, unlike[:FITTED])
-    return step and _at_its_joint(comparison, selection, walked, step)
+    return step and _at_its_joint(comparison, selection, signatures, step)
 
 
 def _at_its_joint(
-    comparison: GapEvidence, selection: Selection, walked: Sequence[Walked], step: Step
+    comparison: GapEvidence, selection: Selection, signatures: Signatures, step: Step
 ) -> Step:
     """Return the best effect at a joint that is unlike the others.
 
@@ -131,7 +126,7 @@ def _at_its_joint(
     """
     joints, family = step.chosen.added.joints, step.chosen.added.family
     other = _best_of(
-        comparison, selection, walked, lambda one: one.joints == joints and one.family != family
+        comparison, selection, signatures, lambda one: one.joints == joints and one.family != family
     )
     if other is None:
         return step
@@ -141,10 +136,10 @@ def _at_its_joint(
 
 
 def _at_a_place(
-    comparison: GapEvidence, selection: Selection, walked: Sequence[Walked]
+    comparison: GapEvidence, selection: Selection, signatures: Signatures
 ) -> Step | None:
     """Return the cause at a place of the world, which only what came there has met."""
-    step = _best_of(comparison, selection, walked, _located)
+    step = _best_of(comparison, selection, signatures, _located)
     return step if step is not None and _only_there(comparison.evidence, step.chosen) else None
 
 
@@ -170,29 +165,33 @@ def _only_there(evidence: Evidence, option: Option) -> bool:
 def _best_of(
     comparison: GapEvidence,
     selection: Selection,
-    walked: Sequence[Walked],
+    signatures: Signatures,
     asked: Callable[[Candidate], bool],
 ) -> Step | None:
     """Return the best of the candidates that are asked for, the others fitted as alternatives.
 
-    The few that gain most are fitted.
+    The few that gain most to first order are fitted.
     """
     ranked = [
-        (one.gain.signature.candidate, one.gain.values)
-        for one in walked
-        if asked(one.gain.signature.candidate)
+        (one.signature.candidate, one.values)
+        for one in _gains(comparison, selection, signatures, asked)
     ]
     return _best(comparison, selection, ranked[:FITTED])
 
 
-def _gains(comparison: GapEvidence, selection: Selection, signatures: Signatures) -> list[Gain]:
-    """Return what candidates that are not named yet gain to first order, best first."""
+def _gains(
+    comparison: GapEvidence,
+    selection: Selection,
+    signatures: Signatures,
+    asked: Callable[[Candidate], bool],
+) -> list[Gain]:
+    """Return what candidates that are asked for and not named yet gain to first order, best first."""
     evidence, residual = comparison.evidence, selection.fitted.residual
     taken = families_of(selection.fitted.causes, evidence.effects)
     return [
         gain
         for gain in gains(signatures, residual, evidence.weights(residual))
-        if gain.signature.candidate.family not in taken
+        if (one := gain.signature.candidate).family not in taken and asked(one)
     ]
 
 
@@ -256,18 +255,19 @@ def _as_a_law(comparison: GapEvidence, selection: Selection, signatures: Signatu
 
 
 def _in_its_channels(
-    comparison: GapEvidence, selection: Selection, walked: Sequence[Walked]
+    comparison: GapEvidence, selection: Selection, signatures: Signatures
 ) -> Step | None:
     """Return a cause of the whole machine that gains little of the whole, and much of its channels."""
 
     def asked(one: Candidate) -> bool:
         return len(one.joints) != 1 and not _located(one) and bool(one.effect.parameters)
 
-    return _by_share(comparison, selection, walked, asked, SIZEABLE, REST_SHARE)
+    some = _gains(comparison, selection, signatures, asked)
+    return _by_share(comparison, selection, some, SIZEABLE, REST_SHARE)
 
 
 def _most_of_a_joint(
-    comparison: GapEvidence, selection: Selection, walked: Sequence[Walked]
+    comparison: GapEvidence, selection: Selection, signatures: Signatures
 ) -> Step | None:
     """Return a cause at one joint that explains most of what its channels show.
 
@@ -277,25 +277,27 @@ def _most_of_a_joint(
     def asked(one: Candidate) -> bool:
         return len(one.joints) == 1 and not _located(one)
 
-    return _by_share(comparison, selection, walked, asked, LEAST_SIZE, HELD_OUT_MOST)
+    some = _gains(comparison, selection, signatures, asked)[:WALKED]
+    return _by_share(comparison, selection, some, LEAST_SIZE, HELD_OUT_MOST)
 
 
 def _by_share(
     comparison: GapEvidence,
     selection: Selection,
-    walked: Sequence[Walked],
-    asked: Callable[[Candidate], bool],
+    some: Sequence[Gain],
     least_size: float,
     least_share: float,
 ) -> Step | None:
-    """Return the best that is asked for and explains such a part of its channels, and most held out."""
+    """Return the best that is so large and explains such a part of its channels, and most held out."""
     standing = selection.fitted
     may = [
         (one.share, candidate, one.gain.values)
-        for one in walked
-        if asked(candidate := one.gain.signature.candidate)
-        and one.share >= MAY_REACH * least_share
-        and size_of(candidate.cause(one.gain.values), candidate.effect) >= MAY_REACH * least_size
+        for one in as_they_act(comparison.evidence, standing, some)
+        if one.share >= MAY_REACH * least_share
+        and size_of(
+            (candidate := one.gain.signature.candidate).cause(one.gain.values), candidate.effect
+        )
+        >= MAY_REACH * least_size
     ]
     may.sort(key=lambda one: (-one[0], one[1].key))
     options = _fitted(comparison, selection, [one[1:] for one in may[:FITTED_BY_SHARE]])

@@ -260,7 +260,7 @@ def on_bound(p: Parameter, value: float) -> bool:
 
     Neutral is no limit of the effect, even where it lies on a bound: it is without this number.
     """
-    edge = 1e-6 * (p.upper - p.lower)
+    edge = 1e-6 * min(p.upper - p.lower, p.spread)  # a range may be without end
     inside = p.lower + edge < value < p.upper - edge
     return not inside and abs(value - p.neutral) > edge
 

@@ -38,6 +38,7 @@ from gap.search.screen import Gain, Signatures, gains
 from model.values.arrays import FloatArray
 
 MOST_CAUSES = 5
+BESIDE = 4  # candidates at single joints that are fitted beside walked ones of the whole machine
 NEWEST = 4  # candidates that are fitted because they are new to first order, whatever they gain
 # Of a first and of a second list: share of the best's first-order gain and nats that candidates must have.
 LISTS = ((NEAR, 0.5), (0.0, 10.0))
@@ -104,6 +105,8 @@ class Search:
         least_gain: Share of the whole score that a cause must gain where there are no references.
         pairs: Whether two causes are tried together where there are no references and no one is worth it.
         laws: Whether a law that alone gains too little is tried with the cause that it needs.
+        walk: Whether causes of the whole machine are ranked as they act at a few sizes. It is for misfits
+            that nothing explains: where healthy runs do, what is left is small, and first order is right.
     """
 
     shortlist: int = SHORTLIST
@@ -114,6 +117,7 @@ class Search:
     least_gain: float = 0.0
     pairs: bool = False
     laws: bool = False
+    walk: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -224,26 +228,24 @@ class Look:
         return (min(options, key=rank), least_p, ()) if options else None
 
     def _forms(self, selection: Selection, signatures: Signatures) -> dict[Family, list[Gain]]:
-        """Return the forms of each cause that may be next, the best first, causes with the best first.
-
-        Without references those of the whole machine are ranked as they act. At one joint the misfit of a
-        simulator that is wrong at all of them would be explained by more of what it is there.
-        """
+        """Return the forms of each cause that may be next, the best form of each first."""
         taken = families_of(selection.fitted.causes, self.evidence.effects)
         residual = selection.fitted.residual
         least = self.least_nats(selection.unseen)
+        listed = [
+            gain
+            for gain in gains(signatures, residual, self.evidence.weights(residual))
+            if gain.signature.candidate.family not in taken
+            and self._may_gain(gain, signatures, least)
+        ]
+        if self.search.walk:
+            whole = [one for one in listed if not _at_a_joint(one)]
+            walked = as_they_act(self.evidence, selection.fitted, whole)
+            listed = [*(one.gain for one in walked), *filter(_at_a_joint, listed)]
         forms: dict[Family, list[Gain]] = {}
-        for gain in gains(signatures, residual, self.evidence.weights(residual)):
-            family = gain.signature.candidate.family
-            if family not in taken and self._may_gain(gain, signatures, least):
-                forms.setdefault(family, []).append(gain)
-        if self.healthy is not None:
-            return forms
-        best = [own[0] for own in forms.values()]
-        whole = [one for one in best if len(one.signature.candidate.joints) != 1]
-        for walked in as_they_act(self.evidence, selection.fitted, whole):
-            forms[walked.gain.signature.candidate.family][0] = walked.gain
-        return dict(sorted(forms.items(), key=lambda own: -own[1][0].nats))
+        for gain in listed:
+            forms.setdefault(gain.signature.candidate.family, []).append(gain)
+        return forms
 
     def _may_gain(self, gain: Gain, signatures: Signatures, nats: float) -> bool:
         """Whether a candidate may gain so much; a law that hardly changes the prediction may not."""
@@ -263,7 +265,13 @@ class Look:
             ranked = [gain for gain in ranked if gain not in hunting]
             yield hunting
         for near, least in LISTS if self.healthy is not None else LISTS[:1]:
-            listed = shortlist(ranked, self.search.shortlist, near, least)
+            if self.search.walk:  # what is gained to first order is no measure for what was walked
+                whole = [gain for gain in ranked if not _at_a_joint(gain)]
+                at_joints = [gain for gain in ranked if _at_a_joint(gain)]
+                listed = shortlist(whole, self.search.shortlist, near, least)
+                listed += shortlist(at_joints, BESIDE, near, least)
+            else:
+                listed = shortlist(ranked, self.search.shortlist, near, least)
             ranked = [gain for gain in ranked if gain not in listed]
             yield listed
         if self.known is not None and not standing.causes:
@@ -318,6 +326,11 @@ class Look:
             if other_p < CAUSE_LEVEL:
                 return other, other_p
         return best, p
+
+
+def _at_a_joint(gain: Gain) -> bool:
+    """Whether a candidate is at one joint."""
+    return len(gain.signature.candidate.joints) == 1
 
 
 def _both(one: float, other: float) -> float:

@@ -1,5 +1,6 @@
 """One more cause: which candidates are worth a fit, how they fit, and whether that is anything new."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -8,13 +9,14 @@ import numpy as np
 from scipy import special
 
 from gap.constants import ACTS, CLEAR_ERRORS, FALSE_ALARMS, WORTH_NATS
-from gap.interfaces import Cause
+from gap.interfaces import Cause, Parameter
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
+from gap.search.at_once import ahead_of
 from gap.search.candidates import APART_M, Candidate, off_bounds, on_bound
 from gap.search.cross_validation import Advantage, advantage, unseen_score
 from gap.search.fit import ROUNDS, Fitted, fit_causes, free_values, moved
-from gap.search.screen import Gain
+from gap.search.screen import BATCH, Gain
 from model.values.arrays import BoolArray, FloatArray
 
 SHORTLIST = 8
@@ -23,8 +25,7 @@ NEAR_PLACES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # of the distance of places tha
 # Chance, among all candidates, of a healthy machine showing a cause that is named. The rest of the
 # false alarms is for energies, of which healthy machines hardly ever reach the level.
 CAUSE_LEVEL = 0.8 * FALSE_ALARMS
-WALKED = 32  # candidates that are predicted at a few sizes, where no reference helps
-WALK = (1.0, 2.5, 6.0)  # times what the first order asks for
+WALK = (2.5, 6.0)  # times what the first order asks for
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
 
 
@@ -205,51 +206,65 @@ def _placed(evidence: Evidence, fitted: Fitted, rounds: int) -> Fitted:
     return fitted
 
 
-def as_they_act(
-    evidence: Evidence, standing: Fitted, ranked: Sequence[Gain], most: int = WALKED
-) -> list[Walked]:
-    """Return what candidates gain on the way that the first order shows, best first.
+def as_they_act(evidence: Evidence, standing: Fitted, candidates: Sequence[Gain]) -> list[Walked]:
+    """Return what candidates gain at a few sizes, each at its best size, best first.
 
     Where a residual is large, its weight is small: to first order, a cause that explains it gains little
-    and asks for a small part of its size. So each of the first few is predicted at a few sizes.
+    and asks for a small part of its size. So each is predicted at that size and at larger ones. As in a
+    fit, numbers away from neutral cost their prior.
 
     Args:
         evidence: What is fitted to.
         standing: The causes so far, fitted.
-        ranked: Candidates, best to first order first.
-        most: How many are looked at.
+        candidates: What they gain to first order, and at which values.
     """
-    walks = [_walk(gain) for gain in ranked[:most]]
-    sets = [
-        (*standing.causes, gain.signature.candidate.cause(values))
-        for gain, walk in zip(ranked, walks, strict=False)
-        for values in walk
-    ]
+    tried = [(i, values) for i, gain in enumerate(candidates) for values in _walk(gain)]
+    batches = [tried[at : at + BATCH] for at in range(0, len(tried), BATCH)]
     before = evidence.score(standing.residual).sum(axis=0)
-    won = [before - evidence.score(one).sum(axis=0) for one in evidence.residuals(sets)]
-    there = iter(won)
-    out = []
-    for gain, walk in zip(ranked, walks, strict=False):
-        values, most_won = max(
-            ((values, next(there)) for values in walk), key=lambda one: float(one[1].sum())
-        )
-        nats = float(most_won.sum())
-        share = _closed(before, most_won, 0.0, acting(most_won)) if nats > 0.0 else 0.0
-        out.append(Walked(replace(gain, values=values, nats=nats), share))
-    return sorted(out, key=lambda one: -one.gain.nats)
+
+    def won_by(batch: Sequence[tuple[int, tuple[float, ...]]]) -> list[FloatArray]:
+        sets = [
+            (*standing.causes, candidates[i].signature.candidate.cause(values))
+            for i, values in batch
+        ]
+        return [before - evidence.score(one).sum(axis=0) for one in evidence.residuals(sets)]
+
+    best: dict[int, Walked] = {}
+    made = ahead_of(batches, won_by, evidence.predictor.at_once)
+    for (i, values), won in zip(tried, itertools.chain.from_iterable(made), strict=True):
+        nats = float(won.sum()) - 0.5 * _away(candidates[i], values)
+        share = _closed(before, won, 0.0, acting(won)) if won.max() > 0.0 else 0.0
+        if i not in best or nats > best[i].gain.nats:
+            best[i] = Walked(replace(candidates[i], values=values, nats=nats), share)
+    return sorted(best.values(), key=lambda one: -one.gain.nats)
 
 
 def _walk(gain: Gain) -> list[tuple[float, ...]]:
-    """Values on the way, from those that the first order asks for on, within bounds."""
+    """The values that the first order asks for, and larger ones that are within bounds."""
     parameters = gain.signature.candidate.effect.parameters
-    walk = [
-        tuple(
-            value if p.located else float(np.clip(p.neutral + k * (value - p.neutral), p.lower, p.upper))
+    walk = [gain.values]
+    for times in WALK:
+        values = tuple(
+            value if p.located else _farther(p, value, times)
             for p, value in zip(parameters, gain.values, strict=True)
         )
-        for k in WALK
-    ]  # fmt: skip
+        if all(p.lower <= one <= p.upper for p, one in zip(parameters, values, strict=True)):
+            walk.append(values)
     return list(dict.fromkeys(walk))
+
+
+def _farther(p: Parameter, value: float, times: float) -> float:
+    """A value so many times as far from neutral; what cannot be negative is a ratio."""
+    if p.lower > 0.0 and p.neutral > 0.0:
+        return float(p.neutral * (value / p.neutral) ** times)
+    return p.neutral + times * (value - p.neutral)
+
+
+def _away(gain: Gain, values: tuple[float, ...]) -> float:
+    """Squared distance from neutral in spreads."""
+    parameters = gain.signature.candidate.effect.parameters
+    pairs = zip(parameters, values, strict=True)
+    return float(sum(((value - p.neutral) / p.spread) ** 2 for p, value in pairs))
 
 
 def shortlist(

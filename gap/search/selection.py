@@ -20,6 +20,7 @@ from gap.search.screen import Signatures, gains, make_signatures
 from model.values.arrays import FloatArray
 
 WHOLE_SEARCH = Search(pairs=True)
+BY_ITSELF = replace(WHOLE_SEARCH, walk=True)  # where no reference helps
 IDLE = 1e-6  # of a parameter's spread
 # Energy over expectation, little more than that of healthy runs, below which old signatures are kept.
 NOTHING_LEFT = 1.2

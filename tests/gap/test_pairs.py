@@ -47,7 +47,8 @@ def test_gain_and_motor_are_told_apart_by_the_duty_alone(duty: bool, verdict: Ve
         first.effect
     }
     # nothing tells the four apart; a droop and a scale come near them
-    others = sum(one.probability for one in answer.rivals if one.effect not in group)
+    near = {"gravity_droop", "encoder_scale", "payload"}
+    others = sum(one.probability for one in answer.rivals if one.effect in near)
     assert others < 0.15
     assert first.probability == pytest.approx((1 - answer.none - others) / 4, rel=0.01)
     tells = [one.why for one in answer.ambiguous if one.tells]

@@ -8,6 +8,7 @@ from gap.diagnosis.verdict import fitted_values
 from gap.diagnosis.where import where
 from gap.interfaces import Cause, Drive, Effect, Parameter, Scope
 from gap.residuals.phase_bins import PHASE_BINS
+from gap.search.candidates import on_bound
 from tests.gap.toy import Toy, toy_case, toy_references
 
 
@@ -33,5 +34,12 @@ def test_neutral_is_no_bound_even_where_it_lies_on_one() -> None:
         ((1e-4, 1e-12), [False, False]),
         ((5e-4, 1e-3), [False, True]),
     ):
+        assert [on_bound(p, v) for p, v in zip(numbers, values, strict=True)] == bounds
         made = fitted_values(effect, Cause("flex", (), values), np.full(2, 0.1))
         assert [one.on_bound for one in made] == bounds
+
+
+def test_a_range_without_end_has_no_wide_bounds() -> None:
+    limit = Parameter("limit_rad_s", "rad/s", 1e9, 0.2, 1e9, 1.0)
+    assert not on_bound(limit, 5.0)
+    assert on_bound(limit, 0.2)

@@ -1,6 +1,7 @@
 """The legged robot's simulator under diagnosis: its chain, channels and catalogue of effects."""
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import lru_cache
 
@@ -62,8 +63,9 @@ class LeggedSimulator:
                 do not fit.
         """
         inputs = self._inputs(trial)
-        with np.errstate(invalid="ignore", over="ignore"):
-            # values that a search tries may break the chain: no answer is NaN, which counts against them
+        # values that a search tries may break the chain: frames without an answer count against the cause
+        broken = np.errstate(invalid="ignore", over="ignore", divide="ignore")
+        with broken if causes else nullcontext():
             signals = self._chain.read(inputs, self._settings(causes), drive)
         predicted: FloatArray = readonly(to_channels(inputs.grid, inputs.command_rad, signals))
         return predicted
