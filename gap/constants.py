@@ -187,7 +187,8 @@ HELD_OUT_ADDS = Constant(
 HELD_OUT_MOST = Constant(
     0.5,
     "share of what its channels show in the median cycle of held-out runs, each stage fed what was"
-    " measured, that keeps a cause with references",
+    " measured, that keeps a cause with references; without references, the share of held-out runs from"
+    " which one that gains little of the whole is named",
     "a convention: more than half",
 )
 HELD_OUT_STAGE = Constant(
