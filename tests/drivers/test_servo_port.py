@@ -266,7 +266,7 @@ def test_a_name_that_vanishes_while_it_is_followed_has_no_latency_timer(
     def pulled(_: object) -> str:
         raise FileNotFoundError(2, "No such file or directory", str(tmp_path / "servo_bus"))
 
-    monkeypatch.setattr(servo_port.os, "readlink", pulled)
+    monkeypatch.setattr(os, "readlink", pulled)
     assert servo_port.latency_timer_ms(str(tmp_path / "servo_bus")) is None
 
 
