@@ -16,7 +16,7 @@ from model.values.faults import Fault
 from model.values.machine_names import MachineNames
 from model.values.readings import ForceRecord, ServoReadings
 from record.log.reader import StampedTick
-from record.log.recording import Stack, newest_imu
+from record.log.recording import Stack, newest_imu, standard_deviations
 from record.log.tick_message import TRANSDUCERS
 from record.trial.table_file import Names, TableColumn, axis_words, column_names
 from record.trial.trial import BODY_POSITION, IMU
@@ -74,10 +74,6 @@ def _covariance(path: str, *units: str) -> Part:
     """The upper half of a covariance, row by row."""
     names = tuple(f"estimate_covariance_{unit}" for unit in units)
     return Part(names, path, lambda covariance: covariance[np.triu_indices(3)])
-
-
-def _force_sd(covariance: FloatArray) -> FloatArray:
-    return np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
 
 
 def _seconds(time_ns: int) -> float:
@@ -140,7 +136,7 @@ GROUPS: Mapping[str, tuple[Part, ...]] = MappingProxyType(
                 "vy_yaw_rate_m_rad_s2", "yaw_rate_yaw_rate_rad2_s2",
             ),
             Part("estimate_force_{leg}_{xyz}_n", "estimate.force_B"),
-            Part("estimate_force_sd_{leg}_{xyz}_n", "estimate.force_covariance", _force_sd),
+            Part("estimate_force_sd_{leg}_{xyz}_n", "estimate.force_covariance", standard_deviations),
             Part("estimate_mu_{leg}", "estimate.mu"),
             Part("estimate_mu_log_sd_{leg}", "estimate.mu_sd"),
             Part("estimate_stiffness_{leg}_n_m", "estimate.stiffness"),

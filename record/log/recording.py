@@ -84,8 +84,11 @@ def _gyro_bias(estimate: Estimate) -> tuple[float, float]:
     return estimate.gyro_bias_rad_s, estimate.gyro_bias_sd
 
 
-def _sd(covariance: FloatArray) -> FloatArray:
-    return np.sqrt(np.diagonal(covariance))
+def standard_deviations(covariance: FloatArray) -> FloatArray:
+    """Return them, (..., N), of covariances, (..., N, N); NaN where damaged bytes make one negative."""
+    variance = np.diagonal(covariance, axis1=-2, axis2=-1)
+    with np.errstate(invalid="ignore"):
+        return np.sqrt(variance)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -148,7 +151,9 @@ class Recording:
     predicted_slip_B: Annotated[FloatArray, Stack("contact.traction.slip_B", (LEGS, 2))]  # noqa: N815
     dead_reckoning_pose: Annotated[FloatArray, Stack("dead_reckoning.pose", (3,))]
     estimate_pose: Annotated[FloatArray, Stack("estimate.pose", (3,))]
-    estimate_pose_sd: Annotated[FloatArray, Stack("estimate.pose_covariance", (3,), _sd)]
+    estimate_pose_sd: Annotated[
+        FloatArray, Stack("estimate.pose_covariance", (3,), standard_deviations)
+    ]
     estimate_velocity_B: Annotated[FloatArray, Stack("estimate.velocity_B", (3,))]  # noqa: N815
     estimate_force_n: Annotated[FloatArray, Stack("estimate.force_B", (LEGS, 3))]
     estimate_health: Annotated[

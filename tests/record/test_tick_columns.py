@@ -19,7 +19,7 @@ from record.log.blocks.tick_columns import StackedTicks, stack_messages
 from record.log.blocks.tick_forms import TICK, FormBook
 from record.log.definitions import DEFINITIONS
 from record.log.reader import LogContents, TopicMessage, read_stamped_ticks, read_tick_messages
-from record.log.recording import STACKS, build_recording, thin_recording
+from record.log.recording import STACKS, build_recording, standard_deviations, thin_recording
 from record.log.tick_message import TICK_DEFINITIONS, decode_tick, encode_tick
 from tests.record.test_log import same
 from tests.record.ticks import make_tick
@@ -105,6 +105,14 @@ def test_of_damaged_ticks_the_same_are_kept(dice: random.Random) -> None:
     assert [place for place, _ in stacked.broken] == lost
     assert np.flatnonzero(~stacked.kept).tolist() == lost
     must_be(stacked, readable, machine)
+
+
+def test_a_negative_variance_has_no_standard_deviation() -> None:
+    """Of damaged bytes; the others of the tick are kept, and nothing is printed."""
+    covariance = np.diag([4.0, 9.0, -8.3e-308])
+    assert standard_deviations(covariance) == pytest.approx([2.0, 3.0, np.nan], nan_ok=True)
+    both = standard_deviations(np.stack([covariance, np.eye(3)]))
+    assert both == pytest.approx(np.array([[2.0, 3.0, np.nan], [1.0, 1.0, 1.0]]), nan_ok=True)
 
 
 def test_a_log_read_in_blocks_is_the_log(short_walk: Path) -> None:
