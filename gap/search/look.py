@@ -269,7 +269,8 @@ class Look:
                 whole = [gain for gain in ranked if not _at_a_joint(gain)]
                 at_joints = [gain for gain in ranked if _at_a_joint(gain)]
                 listed = shortlist(whole, self.search.shortlist, near, least)
-                listed += shortlist(at_joints, BESIDE, near, least)
+                most = BESIDE if whole else self.search.shortlist
+                listed += shortlist(at_joints, most, near, least)
             else:
                 listed = shortlist(ranked, self.search.shortlist, near, least)
             ranked = [gain for gain in ranked if gain not in listed]
