@@ -71,15 +71,16 @@ def second_look(
     )
     hidden: set[int] = set()  # numbers of causes that are not named
     for _ in range(MOST_MORE + len(dropped)):
-        part = _one_joint(comparison, selection, signatures) or _at_a_place(
-            comparison, selection, signatures
+        ranked = _gains(comparison, selection, signatures)
+        part = _one_joint(comparison, selection, signatures, ranked) or _at_a_place(
+            comparison, selection, ranked
         )
         law = None if part else _as_a_law(comparison, selection, signatures)
         step = (
             part
             or law
-            or _in_its_channels(comparison, selection, signatures)
-            or _most_of_a_joint(comparison, selection, signatures)
+            or _in_its_channels(comparison, selection, ranked)
+            or _most_of_a_joint(comparison, selection, ranked)
         )
         if step is None:
             break
@@ -105,20 +106,21 @@ def _one_joint(
     comparison: GapEvidence,
     selection: Selection,
     signatures: Signatures,
+    ranked: Sequence[Gain],
 ) -> Step | None:
     """Return the cause at a joint that is unlike the others, the other such joints its alternatives."""
     evidence, standing = comparison.evidence, selection.fitted
     taken = families_of(standing.causes, evidence.effects)
-    ranked = unlike_joints(
+    compared = unlike_joints(
         signatures, standing.residual, evidence.weights(standing.residual), taken
     )
-    unlike = [(one.candidate, one.values) for one in ranked if one.chance < FALSE_ALARMS]
+    unlike = [(one.candidate, one.values) for one in compared if one.chance < FALSE_ALARMS]
     step = _best(comparison, selection, unlike[:FITTED])
-    return step and _at_its_joint(comparison, selection, signatures, step)
+    return step and _at_its_joint(comparison, selection, ranked, step)
 
 
 def _at_its_joint(
-    comparison: GapEvidence, selection: Selection, signatures: Signatures, step: Step
+    comparison: GapEvidence, selection: Selection, ranked: Sequence[Gain], step: Step
 ) -> Step:
     """Return the best effect at a joint that is unlike the others.
 
@@ -126,7 +128,7 @@ def _at_its_joint(
     """
     joints, family = step.chosen.added.joints, step.chosen.added.family
     other = _best_of(
-        comparison, selection, signatures, lambda one: one.joints == joints and one.family != family
+        comparison, selection, ranked, lambda one: one.joints == joints and one.family != family
     )
     if other is None:
         return step
@@ -136,10 +138,10 @@ def _at_its_joint(
 
 
 def _at_a_place(
-    comparison: GapEvidence, selection: Selection, signatures: Signatures
+    comparison: GapEvidence, selection: Selection, ranked: Sequence[Gain]
 ) -> Step | None:
     """Return the cause at a place of the world, which only what came there has met."""
-    step = _best_of(comparison, selection, signatures, _located)
+    step = _best_of(comparison, selection, ranked, _located)
     return step if step is not None and _only_there(comparison.evidence, step.chosen) else None
 
 
@@ -165,33 +167,27 @@ def _only_there(evidence: Evidence, option: Option) -> bool:
 def _best_of(
     comparison: GapEvidence,
     selection: Selection,
-    signatures: Signatures,
+    ranked: Sequence[Gain],
     asked: Callable[[Candidate], bool],
 ) -> Step | None:
     """Return the best of the candidates that are asked for, the others fitted as alternatives.
 
     The few that gain most to first order are fitted.
     """
-    ranked = [
-        (one.signature.candidate, one.values)
-        for one in _gains(comparison, selection, signatures, asked)
+    wanted = [
+        (candidate, one.values) for one in ranked if asked(candidate := one.signature.candidate)
     ]
-    return _best(comparison, selection, ranked[:FITTED])
+    return _best(comparison, selection, wanted[:FITTED])
 
 
-def _gains(
-    comparison: GapEvidence,
-    selection: Selection,
-    signatures: Signatures,
-    asked: Callable[[Candidate], bool],
-) -> list[Gain]:
-    """Return what candidates that are asked for and not named yet gain to first order, best first."""
+def _gains(comparison: GapEvidence, selection: Selection, signatures: Signatures) -> list[Gain]:
+    """Return what candidates that are not named yet gain to first order, best first."""
     evidence, residual = comparison.evidence, selection.fitted.residual
     taken = families_of(selection.fitted.causes, evidence.effects)
     return [
         gain
         for gain in gains(signatures, residual, evidence.weights(residual))
-        if (one := gain.signature.candidate).family not in taken and asked(one)
+        if gain.signature.candidate.family not in taken
     ]
 
 
@@ -255,19 +251,19 @@ def _as_a_law(comparison: GapEvidence, selection: Selection, signatures: Signatu
 
 
 def _in_its_channels(
-    comparison: GapEvidence, selection: Selection, signatures: Signatures
+    comparison: GapEvidence, selection: Selection, ranked: Sequence[Gain]
 ) -> Step | None:
     """Return a cause of the whole machine that gains little of the whole, and much of its channels."""
 
     def asked(one: Candidate) -> bool:
         return len(one.joints) != 1 and not _located(one) and bool(one.effect.parameters)
 
-    some = _gains(comparison, selection, signatures, asked)
+    some = [one for one in ranked if asked(one.signature.candidate)]
     return _by_share(comparison, selection, some, SIZEABLE, REST_SHARE)
 
 
 def _most_of_a_joint(
-    comparison: GapEvidence, selection: Selection, signatures: Signatures
+    comparison: GapEvidence, selection: Selection, ranked: Sequence[Gain]
 ) -> Step | None:
     """Return a cause at one joint that explains most of what its channels show.
 
@@ -277,8 +273,8 @@ def _most_of_a_joint(
     def asked(one: Candidate) -> bool:
         return len(one.joints) == 1 and not _located(one)
 
-    some = _gains(comparison, selection, signatures, asked)[:WALKED]
-    return _by_share(comparison, selection, some, LEAST_SIZE, HELD_OUT_MOST)
+    some = [one for one in ranked if asked(one.signature.candidate)]
+    return _by_share(comparison, selection, some[:WALKED], LEAST_SIZE, HELD_OUT_MOST)
 
 
 def _by_share(
