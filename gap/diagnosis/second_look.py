@@ -108,7 +108,7 @@ def _one_joint(
     signatures: Signatures,
     ranked: Sequence[Gain],
 ) -> Step | None:
-    """Return the cause at a joint that is unlike the others, the other such joints its alternatives."""
+    """Return the cause at a joint that is unlike the others."""
     evidence, standing = comparison.evidence, selection.fitted
     taken = families_of(standing.causes, evidence.effects)
     compared = unlike_joints(
@@ -230,11 +230,15 @@ def _fitted(
 def _first(
     comparison: GapEvidence, options: Sequence[Option], explains: Callable[[Option], bool]
 ) -> Step | None:
-    """Return the first that is clear, explains enough and helps held-out runs, others as alternatives."""
+    """Return the first that is clear, explains enough and helps held-out runs.
+
+    Others at the same joint are its alternatives; at another joint they explain other channels.
+    """
     for option in options:
         clear = worth(option.over, len(option.added.effect.parameters), len(option.unseen))
         if clear and explains(option) and _agrees(comparison, option):
-            return Step(option, tuple(one for one in options if one is not option))
+            there = [one for one in options if one.added.joints == option.added.joints]
+            return Step(option, tuple(one for one in there if one is not option))
     return None
 
 
