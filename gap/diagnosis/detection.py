@@ -18,11 +18,11 @@ from gap.detectable import Detectable
 from gap.residuals.chances import promised
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
-from gap.residuals.healthy import Healthy
-from gap.search.healthy_search import HealthySearch
+from gap.residuals.healthy import Healthy, whitened_runs
+from gap.search.fit import Fitted
+from gap.search.look import Known
 from gap.search.options import CAUSE_LEVEL, worth_size
 from gap.search.screen import Signature, Signatures
-from model.values.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,18 +75,21 @@ def detect(
 
 
 def detectable(
-    evidence: Evidence, signatures: Signatures, search: HealthySearch | None, residual: FloatArray
+    evidence: Evidence, signatures: Signatures, known: Known | None, fitted: Fitted
 ) -> tuple[Detectable, ...]:
     """Return the smallest size of each effect's parameters that would have shown, at its blindest joint.
 
     Sizes are to first order, or to second of an effect that is even, by the rule that names a first cause:
     beyond the noise of the trials and, where references were searched, beyond their scatter and that of
     the trials. So large a cause is named in 90 % (``SHOWN``) of the sets of trials that scatter as these
-    do. The residual is what the named causes leave of the trials, (F, C).
+    do. Their scatter is that of what the fitted causes leave of them.
     """
     times = {one: _by_noise(one, evidence, signatures) for one in signatures.each}
-    if search is not None:
-        laid = search.left_in_trials(evidence, residual)
+    if known is not None:
+        held = known.held
+        more = whitened_runs(held, held.residuals([fitted.causes])[0]) if held else ()
+        search = known.search
+        laid = search.left_in_trials(evidence, fitted.residual, more)
         for one, place, size in search.visible_sizes(CAUSE_LEVEL, laid):
             times[one][place] = max(times[one][place], size)
     worst: dict[tuple[str, str], Detectable] = {}

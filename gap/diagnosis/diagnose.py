@@ -277,12 +277,7 @@ def _diagnosis(
         fitted_trials=tuple(sorted({part.trial for part in study.fitted})),
         held_out_trials=tuple(sorted({part.trial for part in study.held})),
         baselines=comparison.simpler(),
-        detectable=detectable(
-            evidence,
-            comparison.signatures,
-            known.search if known else None,
-            selection.fitted.residual,
-        ),
+        detectable=detectable(evidence, comparison.signatures, known, selection.fitted),
         next=runs,
         new_commands=new_commands((*study.fitted, *study.held), study.references),
         hunting=study.hunting,

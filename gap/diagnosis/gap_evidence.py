@@ -64,9 +64,10 @@ def compare(study: Study, progress: Callable[[float], None]) -> GapEvidence:
     signatures = make_signatures(evidence, candidates, (), progress)
     healthy = study.healthy_evidence(local)
     runs = study.healthy_runs(local) if healthy else ()
+    held = study.whole_held(local) if healthy else None
     search = partial(search_healthy, evidence, signatures, runs)
     at_once = study.predictor.at_once
-    known = Known(healthy, runs, meanwhile(search, at_once)) if healthy else None
+    known = Known(healthy, runs, meanwhile(search, at_once), held) if healthy else None
     return GapEvidence(
         study=study,
         evidence=evidence,

@@ -14,7 +14,7 @@ from gap.constants import ASSUMED_MISFIT, MOST_INFLATION
 from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
 from gap.residuals.floor import ENOUGH_REFERENCES, Floor, make_floor, without_drift
-from gap.residuals.healthy import Healthy, healthy_runs
+from gap.residuals.healthy import Healthy, healthy_runs, nearest
 from gap.residuals.hold_out import HoldOut
 from gap.residuals.hunting import Hunting, hunting_of, without_hunting
 from gap.residuals.part_error import PartError, rms
@@ -145,6 +145,21 @@ class Study:
     def held_evidence(self, drive: Drive = Drive.COMMAND) -> Evidence:
         """Return what judges: end to end, or as it is fitted to."""
         return make_evidence(self.predictor, self.held, drive, self.floor(drive))
+
+    def whole_held(self, drive: Drive) -> Evidence | None:
+        """Return the trials that are held out whole, as those that are fitted to; None without any.
+
+        None of them is farther from all references, in gait and frequency, than those that are fitted to.
+        """
+        known = [one.condition for one in self.references]
+        fitted = {one.trial for one in self.fitted}
+        most = max(nearest(one.condition, known) for one in self.fitted)
+        parts = [
+            one
+            for one in self.held
+            if one.trial not in fitted and nearest(one.condition, known) <= most
+        ]
+        return make_evidence(self.predictor, parts, drive, self.floor(drive)) if parts else None
 
     def healthy_evidence(self, drive: Drive) -> Evidence | None:
         """Return the references in the same units; None for too few."""

@@ -8,6 +8,7 @@ from scipy import special
 from gap.constants import CHANNELS_APART, LEAST_SCATTER
 from gap.residuals.chances import HeldOutChances, leave_each_out
 from gap.residuals.evidence import Evidence, mean_energy
+from gap.residuals.floor import ENOUGH_REFERENCES
 from gap.residuals.healthy import Healthy
 from model.values.arrays import FloatArray
 
@@ -17,7 +18,13 @@ def chance_of_energies(
 ) -> float:
     """Return the chance of so much energy in a healthy machine, in the mean or in the worst channel.
 
-    The residual of the trials is whitened, (F, C), with or without causes.
+    Each of two references is predicted by the other alone, so both show one difference, and its energy
+    counts once; then trials tell how much energies scatter.
+
+    Args:
+        evidence: The trials.
+        residual: Theirs, whitened, (F, C), with or without causes.
+        healthy: References.
     """
     energy = evidence.per_block(residual**2)
     blocks = [evidence.block_part == i for i in range(len(evidence.parts))]
@@ -25,33 +32,41 @@ def chance_of_energies(
         [mean_energy(energy[on].sum(axis=0), evidence.count[on].sum(axis=0)) for on in blocks]
     )
     runs = np.array([one.excess for one in healthy])
-    held_out = [
-        _energy_chance(runs[[held]], runs[list(others)])
-        for held, others in leave_each_out(len(runs))
-    ]
-    return HeldOutChances(tuple(held_out)).calibrated(_energy_chance(trials, runs))
-
-
-def _energy_chance(trials: FloatArray, runs: FloatArray) -> float:
-    """Chance of the energies of M trials, (M, C), by Student's t over N runs, (N, C).
-
-    NaN is what a run did not measure; a channel counts that some trial and two runs did.
-    """
     trial_logs, run_logs = np.log(trials + 1e-9), np.log(runs + 1e-9)
-    own, others = np.isfinite(trial_logs).sum(axis=0), np.isfinite(run_logs).sum(axis=0)
-    known = (own > 0) & (others > 1)
+    if len(runs) < ENOUGH_REFERENCES:
+        difference = run_logs.mean(axis=0, keepdims=True)
+        return _energy_chance(trial_logs, difference, trial_logs)
+    held_out = []
+    for held, others in leave_each_out(len(runs)):
+        known = run_logs[list(others)]
+        held_out.append(_energy_chance(run_logs[[held]], known, known))
+    chance = _energy_chance(trial_logs, run_logs, run_logs)
+    return HeldOutChances(tuple(held_out)).calibrated(chance)
+
+
+def _energy_chance(trial_logs: FloatArray, run_logs: FloatArray, alike: FloatArray) -> float:
+    """Chance of the energies of M trials, (M, C), by Student's t over N runs, (N, C); logarithms.
+
+    ``alike`` are those of runs that scatter as healthy ones do, (K, C). NaN is what a run did not measure;
+    a channel counts that some trial, some run and two of those that are alike did.
+    """
+    own, others, scattering = (
+        np.isfinite(one).sum(axis=0) for one in (trial_logs, run_logs, alike)
+    )
+    known = (own > 0) & (others > 0) & (scattering > 1)
     if not known.any():
         return 1.0
-    own, others = own[known], others[known]
+    own, others, scattering = own[known], others[known], scattering[known]
     centre = np.nanmean(run_logs[:, known], axis=0)
-    trial_logs, run_logs = trial_logs[:, known] - centre, run_logs[:, known] - centre
-    trial_means, means = _means(trial_logs), _means(run_logs)
-    scatter = max(float(means.std(ddof=1)), LEAST_SCATTER)
+    trial_logs, run_logs, alike = (one[:, known] - centre for one in (trial_logs, run_logs, alike))
+    trial_means, means, scattered = _means(trial_logs), _means(run_logs), _means(alike)
+    scatter = max(float(scattered.std(ddof=1)), LEAST_SCATTER)
     apart = scatter * np.sqrt(1 / len(means) + 1 / len(trial_means))
-    p_mean = float(special.stdtr(len(means) - 1, -(trial_means.mean() - means.mean()) / apart))
-    width = scatter_between(run_logs)
+    ahead = trial_means.mean() - means.mean()
+    p_mean = float(special.stdtr(len(scattered) - 1, -ahead / apart))
+    width = scatter_between(alike)
     worst = float(np.max(np.nanmean(trial_logs, axis=0) / np.sqrt(1 / others + 1 / own)))
-    free = float(others.mean() - 1) * min(len(others), float(CHANNELS_APART))
+    free = float(scattering.mean() - 1) * min(len(scattering), float(CHANNELS_APART))
     p_channel = float(special.stdtr(free, -worst / width))
     return min(1.0, 2 * min(p_mean, p_channel * len(others)))
 

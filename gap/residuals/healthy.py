@@ -8,7 +8,7 @@ import numpy as np
 
 from gap.constants import SAME_FREQUENCY
 from gap.interfaces import Channel
-from gap.residuals.evidence import mean_energy
+from gap.residuals.evidence import Evidence, mean_energy
 from gap.residuals.floor import make_floor
 from gap.residuals.part_error import PartError
 from gap.residuals.parts import RunCondition, TrialPart, block_starts
@@ -20,21 +20,30 @@ FEWEST_OTHERS = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Healthy:
-    """One reference in units of what the others predict.
+class WhitenedRun:
+    """One run in units of what is expected of it.
 
     Attributes:
-        whitener: The map into these units.
         residual: Whitened, (F, C).
-        excess: Energy over expectation of each channel, (C,); NaN where unused.
         blocks: First frame of each block.
     """
 
     part: TrialPart
-    whitener: Whitener
     residual: FloatArray
-    excess: FloatArray
     blocks: IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Healthy(WhitenedRun):
+    """One reference in units of what the others predict.
+
+    Attributes:
+        whitener: The map into these units.
+        excess: Energy over expectation of each channel, (C,); NaN where unused.
+    """
+
+    whitener: Whitener
+    excess: FloatArray
 
     def scaled(self, factor: FloatArray) -> "Healthy":
         """Return it in units of an expectation whose variance is ``factor``, (C,), times as large."""
@@ -81,8 +90,17 @@ def healthy_runs(
         excess = mean_energy(
             (residual[fitted] ** 2).sum(axis=0), whitener.count[fitted].sum(axis=0)
         )
-        each.append(Healthy(part, whitener, residual, excess, block_starts(part.observation)))
+        each.append(Healthy(part, residual, block_starts(part.observation), whitener, excess))
     return tuple(each)
+
+
+def whitened_runs(evidence: Evidence, residual: FloatArray) -> tuple[WhitenedRun, ...]:
+    """Return each run of some evidence with what is left of it, whitened, (F, C)."""
+    edges = np.cumsum([part.frames for part in evidence.parts])[:-1]
+    return tuple(
+        WhitenedRun(part, own, block_starts(part.observation))
+        for part, own in zip(evidence.parts, np.split(residual, edges), strict=True)
+    )
 
 
 def apart(a: RunCondition, b: RunCondition) -> int:
@@ -97,17 +115,17 @@ def nearest(one: RunCondition, known: Sequence[RunCondition]) -> int:
     return min(apart(one, other) for other in known)
 
 
-def laid_over(part: TrialPart, healthy: Healthy) -> FloatArray:
-    """Lay a healthy run over a part of a trial, cycle by cycle, and over again where it is shorter, (F, C).
+def laid_over(part: TrialPart, run: WhitenedRun) -> FloatArray:
+    """Lay another run over a part of a trial, cycle by cycle, and over again where it is shorter, (F, C).
 
     So it can be held against what a cause would change in the trial.
     """
     edges = np.append(block_starts(part.observation), part.frames)
-    starts = healthy.blocks
-    ends = np.append(starts[1:], healthy.part.frames)
+    starts = run.blocks
+    ends = np.append(starts[1:], run.part.frames)
     frames = np.empty(part.frames, dtype=np.int64)
     for number, (first, last) in enumerate(itertools.pairwise(edges)):
         block = number % len(starts)
         size, count = ends[block] - starts[block], last - first
         frames[first:last] = starts[block] + np.arange(count) * size // count
-    return np.asarray(healthy.residual[frames])
+    return np.asarray(run.residual[frames])

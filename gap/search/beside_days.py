@@ -10,8 +10,8 @@ from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate
 from gap.search.healthy_search import HealthySearch
 from gap.search.novelty import chance_of
-from gap.search.run_fits import sizes_alike, sizes_of, slices_of, taken_by_days
-from gap.search.sizes import Sizes
+from gap.search.run_fits import sizes_alike, slices_of, taken_by_days
+from gap.search.sizes import Sizes, sizes_of
 from model.values.arrays import FloatArray
 
 
@@ -76,5 +76,6 @@ def _alike(search: HealthySearch, candidate: Candidate, values: tuple[float, ...
             direction = np.array(
                 [(values[i] - signature.start[i]) / parameters[i].spread for i in signature.live]
             )
-            return sizes_alike(fits, direction, fits[0].gram.mean(axis=0), search.references)
+            gram = fits[0].gram[list(search.references)].mean(axis=0)
+            return sizes_alike(fits, direction, gram, search.references)
     return []

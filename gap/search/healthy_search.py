@@ -15,18 +15,19 @@ import numpy as np
 from gap.constants import OPEN_LEVEL, SHOWN
 from gap.residuals.chances import HeldOutChances, clearer, leave_each_out
 from gap.residuals.evidence import Evidence
-from gap.residuals.healthy import Healthy, nearest
+from gap.residuals.floor import ENOUGH_REFERENCES
+from gap.residuals.healthy import Healthy, WhitenedRun, nearest
 from gap.search.candidates import Family, shares_of
 from gap.search.clear_size import clear_size
 from gap.search.days import day_variances, likeliest_day_share
 from gap.search.novelty import chance_of
 from gap.search.run_fits import FitsElsewhere, LaidRuns, RunFits, fits_of, lay, sizes_alike
-from gap.search.scatter import Usual, UsualScatter, usual_scatter, variances_of
+from gap.search.scatter import Usual, UsualScatter, usual_scatter
 from gap.search.screen import Signature, Signatures
-from gap.search.sizes import Sizes, likeliest_share, scatter_in_gaits
+from gap.search.sizes import Sizes, likeliest_share, scatter_in_gaits, scatters_of
 from model.values.arrays import FloatArray
 
-FEWEST_SEEN = 3  # runs that show a change, from which its scatter counts
+FEWEST_FREE = 2  # degrees of freedom of a change's scatter, from which it counts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +55,7 @@ class HealthySearch:
         days: Variance of each linear change between references, (K,).
         signatures: Of the candidates.
         references: Which of the runs are references; the trials come after them.
-        with_trials: References laid over the trials, and these.
+        with_trials: References laid over the trials that are fitted to, and these.
     """
 
     shares: Mapping[Family, float]
@@ -79,10 +80,13 @@ class HealthySearch:
         share = self.shares.get(family, min(self.shares.values(), default=1.0))
         return self.chances.calibrated(min(1.0, chance / share))
 
-    def left_in_trials(self, evidence: Evidence, residual: FloatArray) -> LaidRuns:
+    def left_in_trials(
+        self, evidence: Evidence, residual: FloatArray, held: Sequence[WhitenedRun] = ()
+    ) -> LaidRuns:
         """Return the references, and the trials with what causes leave of them, (F, C)."""
         laid = self.with_trials.first(len(self.references))
-        return laid.with_trials(evidence, self.signatures, residual)
+        laid = laid.with_trials(evidence, self.signatures, residual)
+        return laid.then(lay(evidence, self.signatures, held))
 
     def visible_sizes(self, level: float, laid: LaidRuns) -> Iterator[tuple[Signature, int, float]]:
         """Return each signature with a place in it and how many spreads of its parameter would be named.
@@ -92,12 +96,13 @@ class HealthySearch:
 
         Args:
             level: Chance at which a cause is named.
-            laid: The references, and after them the trials.
+            laid: The references, after them the trials, those that are held out last.
         """
         by_one_of_two = 0.5 * self.chances.needed(level)
         views = zip(
             fits_of(laid, self.signatures), fits_of(laid, self.signatures, self.days), strict=True
         )
+        every = range(len(self.references), len(laid.gaits))
         for alone, beside in views:
             signature = alone[0].signature
             if (signature.offset >= 0) is not signature.candidate.effect.away:
@@ -105,20 +110,23 @@ class HealthySearch:
             needed = by_one_of_two * self.shares[signature.candidate.family]
             for place, direction in enumerate(np.eye(alone[0].pull.shape[1])):
                 by_itself, hinted = (
-                    self._visible(alone, self.alone.usual, direction, chance)
+                    self._visible(alone, self.alone.usual, direction, chance, every)
                     for chance in (needed, float(OPEN_LEVEL))
                 )
-                beside_days = self._visible(beside, self.beside.usual, direction, needed)
+                beside_days = self._visible(
+                    beside, self.beside.usual, direction, needed, self.trials
+                )
                 yield signature, place, min(by_itself, max(beside_days, hinted))
 
     def _visible(
-        self, fits: FitsElsewhere, usual: UsualScatter, direction: FloatArray, needed: float
-    ) -> float:
+        self, fits: FitsElsewhere, usual: UsualScatter, direction: FloatArray, needed: float,
+        trials: range,
+    ) -> float:  # fmt: skip
         """How many spreads of a parameter have a chance in healthy machines, as a rule."""
         own = fits[0]
         sizes, effect = own.along(direction), own.signature.candidate.effect
-        seen, known = sizes.taken(self.trials), sizes.taken(self.references)
-        gram = own.gram[list(self.trials)].sum(axis=0)
+        seen, known = sizes.taken(trials), sizes.taken(self.references)
+        gram = own.gram[list(trials)].sum(axis=0)
         alike = sizes_alike(fits, direction, gram, self.references)
         scatter, level = in_sizes(usual, own, direction), needed / own.signature.candidate.forms
         parameters = len(effect.parameters)
@@ -136,22 +144,26 @@ def search_healthy(
         references: Each in units of what the others predict.
     """
     laid = lay(evidence, signatures, references)
+    with_trials = laid.with_trials(evidence, signatures, evidence.base)
     every = range(len(references))
-    alone, share = fits_of(laid, signatures), likeliest_day_share(laid.changes(every))
+    trials = range(len(references), len(with_trials.gaits))
+    # two runs hardly tell how much causes scatter and not at all how much gaits differ; trials scatter, too
+    also = (trials,) if len(references) < ENOUGH_REFERENCES else ()
+    alone, share = fits_of(with_trials, signatures), likeliest_day_share(laid.changes(every))
     changes = _sizes_of(alone)
     chances = []
     matched = _matched(evidence, references)
     shares = shares_of([own.signature.candidate.family for own, _ in alone])
-    for held, others in leave_each_out(len(references)):
-        if held not in matched:
+    for one, others in leave_each_out(len(references)):
+        if one not in matched:
             continue
-        usual = _usual(changes, others)
-        beside, _ = _beside(laid, signatures, others, share)
+        usual = _usual(changes, (others, *also))
+        beside, _ = _beside(with_trials if also else laid, signatures, others, share, also)
         both = zip(alone, beside.fits, strict=True)
         each = [
             clearer(
-                chance_of_fits(fits, [held], others, usual),
-                chance_of_fits(fits_beside, [held], others, beside.usual),
+                chance_of_fits(fits, [one], others, usual),
+                chance_of_fits(fits_beside, [one], others, beside.usual),
             )
             for fits, fits_beside in both
         ]
@@ -160,16 +172,16 @@ def search_healthy(
             for p, (own, _) in zip(each, alone, strict=True)
         )
         chances.append(min(1.0, min(of_all, default=1.0)))
-    beside, days = _beside(laid, signatures, every, share)
+    beside, days = _beside(with_trials, signatures, every, share, also)
     return HealthySearch(
         shares,
         HeldOutChances(tuple(chances)),
-        View(alone, _usual(changes, every)),
+        View(alone, _usual(changes, (every, *also))),
         beside,
         days,
         signatures,
         every,
-        laid.with_trials(evidence, signatures, evidence.base),
+        with_trials,
     )
 
 
@@ -188,17 +200,24 @@ def _matched(evidence: Evidence, references: Sequence[Healthy]) -> list[int]:
 
 
 def _beside(
-    laid: LaidRuns, signatures: Signatures, runs: Sequence[int], share: float
+    laid: LaidRuns,
+    signatures: Signatures,
+    healthy: Sequence[int],
+    share: float,
+    also: Sequence[Sequence[int]] = (),
 ) -> tuple[View, FloatArray]:
-    """Candidates beside what some of the runs differ in, and the variance of each change, (K,)."""
-    days = day_variances(laid.changes(runs), share)
+    """Candidates beside what healthy runs differ in, and the variance of each change, (K,).
+
+    ``also`` are groups of other runs that tell how much candidates scatter.
+    """
+    days = day_variances(laid.changes(healthy), share)
     fits = fits_of(laid, signatures, days)
-    return View(fits, _usual(_sizes_of(fits), runs)), days
+    return View(fits, _usual(_sizes_of(fits), (healthy, *also))), days
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sizes:
-    """Sizes of one change in R healthy runs, NaN where it does not show, and its energies, (R,).
+    """Sizes of one change in R runs, NaN where it does not show, and its energies, (R,).
 
     ``weight`` is one over the number of changes that its cause has in all its forms.
     """
@@ -229,25 +248,37 @@ def _sizes_of(fits: Sequence[FitsElsewhere]) -> list[_Sizes]:
     ]
 
 
-def _usual(changes: Sequence[_Sizes], runs: Sequence[int]) -> UsualScatter:
-    """How much causes scatter between some of the runs; those of the machine, and those at a joint."""
-    return UsualScatter(*(_usual_of_kind(changes, runs, kind) for kind in (False, True)))
+def _usual(changes: Sequence[_Sizes], groups: Sequence[Sequence[int]]) -> UsualScatter:
+    """How much causes scatter between runs of a group; those of the machine, and those at a joint."""
+    return UsualScatter(*(_usual_of_kind(changes, groups, kind) for kind in (False, True)))
 
 
-def _usual_of_kind(changes: Sequence[_Sizes], runs: Sequence[int], at_a_joint: bool) -> Usual:
-    kind = [(one, one.size.taken(runs)) for one in changes if one.at_a_joint == at_a_joint]
-    shown = [(one, sizes) for one, sizes in kind if len(sizes) >= FEWEST_SEEN]
+def _usual_of_kind(
+    changes: Sequence[_Sizes], groups: Sequence[Sequence[int]], at_a_joint: bool
+) -> Usual:
+    runs = [run for group in groups for run in group]
+    kind = [
+        (one, [one.size.taken(group) for group in groups])
+        for one in changes
+        if one.at_a_joint == at_a_joint
+    ]
+    shown = [(one, sizes) for one, sizes in kind if _free(sizes) >= FEWEST_FREE]
     weights = np.array([one.weight for one, _ in shown])
     differ = likeliest_share([sizes for _, sizes in shown], weights)
     energies = np.array([one.mean_energy(runs) for one, _ in shown])
-    variances = variances_of([sizes for _, sizes in shown], differ) * energies
-    frees = np.array([len(sizes) - 1.0 for _, sizes in shown])
+    frees = np.array([_free(sizes) for _, sizes in shown], dtype=float)
+    variances = scatters_of([sizes for _, sizes in shown], differ) / frees * energies
     together = usual_scatter(variances, frees, weights, differ)
     in_gaits = [scatter_in_gaits(sizes) for _, sizes in shown]
     with_scatter = np.array([free > 0 for _, free in in_gaits], dtype=bool)
     squares, frees = np.array(in_gaits).reshape(-1, 2)[with_scatter].T
     one_gait = usual_scatter(squares / frees * energies[with_scatter], frees, weights[with_scatter])
     return Usual(together, one_gait)
+
+
+def _free(groups: Sequence[Sizes]) -> int:
+    """Degrees of freedom of the scatter about the means of groups of runs."""
+    return sum(len(one) - 1 for one in groups if len(one))
 
 
 def in_sizes(usual: UsualScatter, own: RunFits, direction: FloatArray) -> Usual:

@@ -18,7 +18,7 @@ from gap.search.edges import with_seen_edges
 from gap.search.fit import ROUNDS, Fitted
 from gap.search.healthy_search import HealthySearch
 from gap.search.newest import newest
-from gap.search.novelty import chance_healthy
+from gap.search.novelty import Trials, chance_healthy
 from gap.search.options import (
     CAUSE_LEVEL,
     NEAR,
@@ -78,12 +78,13 @@ class Selection:
 class Known:
     """References in units of what the others predict, and what the search finds in each of them.
 
-    Once as evidence, once each by itself.
+    Once as evidence, once each by itself. ``held`` are trials that are held out, where there are some.
     """
 
     runs: Evidence
     each: Sequence[Healthy]
     searched: Callable[[], HealthySearch]
+    held: Evidence | None = None
 
     @property
     def search(self) -> HealthySearch:
@@ -156,7 +157,8 @@ class Look:
         reference shows; the sharper of the two tests would find that new.
         """
         added, search = option.cause, known.search
-        alone = chance_healthy(self.evidence, known.runs, option.fitted, added, search.alone.usual)
+        trials = Trials(self.evidence, known.held)
+        alone = chance_healthy(trials, known.runs, option.fitted, added, search.alone.usual)
         if len(option.fitted.causes) > 1:
             return alone
         beside = chance_beside_days(

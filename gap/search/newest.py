@@ -7,17 +7,13 @@ that gains little, and that no healthy run shows, would not be among the best of
 from gap.residuals.chances import clearer
 from gap.search.candidates import Family
 from gap.search.healthy_search import HealthySearch, chance_of_fits
-from gap.search.run_fits import fits_of
 
 
 def newest(search: HealthySearch) -> dict[Family, float]:
     """Return the chance of what the trials show of each candidate, the least of its forms."""
     alone, beside = (
-        [
-            chance_of_fits(fits, search.trials, search.references, view.usual)
-            for fits in fits_of(search.with_trials, search.signatures, days)
-        ]
-        for view, days in ((search.alone, None), (search.beside, search.days))
+        [chance_of_fits(fits, search.trials, search.references, view.usual) for fits in view.fits]
+        for view in (search.alone, search.beside)
     )
     out: dict[Family, float] = {}
     for (own, _), first, second in zip(search.alone.fits, alone, beside, strict=True):

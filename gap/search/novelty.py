@@ -10,7 +10,7 @@ has no other joints is steadied by how much all other causes scatter.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,24 +21,37 @@ from gap.search.candidates import step_of
 from gap.search.fit import Fitted
 from gap.search.gait_by_gait import gait_by_gait
 from gap.search.scatter import NOTHING_USUAL, Usual, UsualScatter, healthy_scatter
-from gap.search.sizes import Sizes, ahead_of
+from gap.search.sizes import SEEN, Sizes, ahead_of, sizes_of
 from model.values.arrays import FloatArray
 
-SEEN = 1e-3  # share of energy below which a change does not show
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trials:
+    """Trials that are fitted to, and those that are held out; None where none is.
+
+    A cause that was fitted to some is found in the others, too, by as much, if it is there.
+    """
+
+    fitted: Evidence
+    held: Evidence | None = None
 
 
 def chance_healthy(
-    evidence: Evidence, healthy: Evidence, fitted: Fitted, added: Cause, usual: UsualScatter
+    trials: Trials, healthy: Evidence, fitted: Fitted, added: Cause, usual: UsualScatter
 ) -> float:
     """Return the chance of so large a cause in a healthy machine, for this one candidate.
 
-    References are whitened by what others predict; the fit has all causes, ``added`` among them; ``usual``
-    is how much causes scatter between references.
+    Args:
+        trials: Those that are fitted to, and those that are held out.
+        healthy: References, whitened by what others predict.
+        fitted: All causes, ``added`` among them.
+        added: The cause.
+        usual: How much causes scatter between references.
     """
-    seen = sizes_in_trials(evidence, fitted, added)
+    seen = sizes_in_trials(trials, fitted, added)
     if not len(seen):
         return 1.0  # it changes nothing where something is compared
-    simulator = evidence.simulator
+    simulator = trials.fitted.simulator
     effect = next(one for one in simulator.effects if one.name == added.effect)
     single = len(added.joints) == 1
     places = [(place,) for place in places_for(effect, simulator)] if single else [added.joints]
@@ -84,13 +97,20 @@ def chance_of(
     return harmonic_mean(together, apart)
 
 
-def sizes_in_trials(evidence: Evidence, fitted: Fitted, added: Cause) -> Sizes:
-    """Size of one of the fitted causes in each run, 1 where it is as fitted to all of them."""
+def sizes_in_trials(trials: Trials, fitted: Fitted, added: Cause) -> Sizes:
+    """Size of one of the fitted causes in each run that shows it, 1 where it is as fitted to all."""
     rest = tuple(one for one in fitted.causes if one is not added)
+    evidence = trials.fitted
     without = evidence.residuals([rest])[0] if rest else evidence.base
-    return amplitudes(
-        evidence, without, without - fitted.residual, evidence.weights(fitted.residual)
-    )[0]
+    left = fitted.residual
+    pull, energy = _pulls(evidence, without, without - left, evidence.weights(left))
+    gaits = tuple(part.gait for part in evidence.parts)
+    if (held := trials.held) is not None:
+        without, left = held.residuals([rest, fitted.causes])
+        more = _pulls(held, without, without - left, held.weights(left))
+        pull, energy = np.concatenate([pull, more[0]]), np.concatenate([energy, more[1]])
+        gaits += tuple(part.gait for part in held.parts)
+    return sizes_of(pull, energy, gaits).taken(range(len(gaits)))
 
 
 def sizes_in_references(
@@ -156,12 +176,19 @@ def amplitudes(
 
     Runs in which the change cannot be seen are left out.
     """
+    pull, energy = _pulls(evidence, residual, change, weights)
+    sizes = sizes_of(pull, energy, tuple(part.gait for part in evidence.parts))
+    seen = np.isfinite(sizes.values)
+    return sizes.taken(range(len(sizes))), 1.0 / energy[seen]
+
+
+def _pulls(
+    evidence: Evidence, residual: FloatArray, change: FloatArray, weights: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the pull of a residual on a change in each of R runs, and its energy, (R,)."""
     weighted = change * weights
     along = evidence.per_block(weighted * residual).sum(axis=1)
     power = evidence.per_block(weighted * change).sum(axis=1)
-    runs = np.arange(evidence.block_part.max() + 1)
+    runs = range(len(evidence.parts))
     pull = np.array([along[evidence.block_part == run].sum() for run in runs])
-    size = np.array([power[evidence.block_part == run].sum() for run in runs])
-    seen = size > 1e-3 * max(float(size.max()), 1e-30)
-    gaits = tuple(evidence.parts[run].gait for run in runs[seen])
-    return Sizes(pull[seen] / size[seen], gaits), 1.0 / size[seen]
+    return pull, np.array([power[evidence.block_part == run].sum() for run in runs])

@@ -5,17 +5,17 @@ Each reference is laid over the trials as if it were one, and a candidate is fit
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gap.residuals.evidence import Evidence
-from gap.residuals.healthy import Healthy, laid_over
+from gap.residuals.healthy import WhitenedRun, laid_over
 from gap.search.days import PulledRuns
-from gap.search.novelty import SEEN, across_of
+from gap.search.novelty import across_of
 from gap.search.screen import Signature, Signatures
-from gap.search.sizes import Sizes
+from gap.search.sizes import Sizes, sizes_of
 from model.values.arrays import FloatArray, IntArray
 
 
@@ -43,12 +43,6 @@ class RunFits:
 FitsElsewhere = tuple[RunFits, tuple[RunFits, ...]]
 
 
-def sizes_of(pull: FloatArray, energy: FloatArray, gaits: tuple[str, ...]) -> Sizes:
-    """Return the size of a change in each run that shows it, by pull and energy, (R,); NaN in others."""
-    seen = energy > SEEN * max(float(energy.max()), 1e-30)
-    return Sizes(np.where(seen, pull / np.where(seen, energy, 1.0), np.nan), gaits)
-
-
 def sizes_alike(
     fits: FitsElsewhere, direction: FloatArray, gram: FloatArray, runs: Sequence[int]
 ) -> list[Sizes]:
@@ -66,7 +60,7 @@ def sizes_alike(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LaidRuns:
-    """R references laid over the trials, maybe trials after them, and the S rows of the signatures.
+    """R runs laid over the trials that are fitted to, or these, and the S rows of the signatures.
 
     Attributes:
         runs: Of all rows.
@@ -91,10 +85,20 @@ class LaidRuns:
         runs = self.runs.taken(range(count))
         return LaidRuns(runs, self.linear, self.gaits[:count], self.residuals[:count])
 
+    def then(self, other: "LaidRuns") -> "LaidRuns":
+        """Return them with other runs after them that are laid over the same trials."""
+        runs = replace(
+            self.runs,
+            pulls=np.vstack([self.runs.pulls, other.runs.pulls]),
+            parts=(*self.runs.parts, *other.runs.parts),
+        )
+        gaits, residuals = (*self.gaits, *other.gaits), (*self.residuals, *other.residuals)
+        return LaidRuns(runs, self.linear, gaits, residuals)
+
     def with_trials(
         self, evidence: Evidence, signatures: Signatures, residual: FloatArray
     ) -> "LaidRuns":
-        """Return them with the trials after them, of which something is left, (F, C)."""
+        """Return them with the trials that are fitted to after them, of which something is left, (F, C)."""
         flat = residual.ravel().astype(np.float32)
         cuts = slices_of(evidence)
         own = tuple(flat[cut] for cut in cuts)
@@ -108,15 +112,15 @@ class LaidRuns:
         return LaidRuns(runs, self.linear, gaits, (*self.residuals, *own))
 
 
-def lay(evidence: Evidence, signatures: Signatures, references: Sequence[Healthy]) -> LaidRuns:
-    """Lay references over the trials that are fitted to, each over the one whose condition is nearest."""
-    parts = tuple(_part_for(evidence, run) for run in references)
+def lay(evidence: Evidence, signatures: Signatures, others: Sequence[WhitenedRun]) -> LaidRuns:
+    """Lay other runs over the trials that are fitted to, each over the one whose condition is nearest."""
+    parts = tuple(_part_for(evidence, run) for run in others)
     slices = slices_of(evidence)
     residuals = tuple(
         (laid_over(evidence.parts[part], run) * (evidence.whiteners[part].gain > 0))
         .ravel()
         .astype(np.float32)
-        for part, run in zip(parts, references, strict=True)
+        for part, run in zip(parts, others, strict=True)
     )
     pulls = np.array(
         [
@@ -124,13 +128,13 @@ def lay(evidence: Evidence, signatures: Signatures, references: Sequence[Healthy
             for part, own in zip(parts, residuals, strict=True)
         ],
         dtype=np.float64,
-    )
+    ).reshape(len(others), len(signatures.matrix))
     grams = {}
     for part, cut in enumerate(slices):
         rows = np.ascontiguousarray(signatures.matrix[:, cut])
         grams[part] = (rows @ rows.T).astype(np.float64)
     linear = sorted({row for one in signatures.each if one.offset < 0 for row in one.rows})
-    gaits = tuple(run.part.gait for run in references)
+    gaits = tuple(run.part.gait for run in others)
     return LaidRuns(
         PulledRuns(pulls, parts, grams), np.array(linear, dtype=np.int64), gaits, residuals
     )
@@ -223,7 +227,7 @@ def _same_elsewhere(one: RunFits, other: RunFits) -> bool:
     )
 
 
-def _part_for(evidence: Evidence, run: Healthy) -> int:
+def _part_for(evidence: Evidence, run: WhitenedRun) -> int:
     """The part of the trials whose gait and frequency are nearest to a run's."""
     near = run.part.condition
     return min(

@@ -217,7 +217,7 @@ def _trigamma(value: FloatArray | float) -> FloatArray:
 def variances_of(each: Sequence[Sizes], gaits_differ: float) -> FloatArray:
     """Return the variance between runs of one gait of each of K groups of two or more, (K,)."""
     frees = np.array([len(one) - 1.0 for one in each])
-    return np.asarray(scatters_of(each, gaits_differ) / frees)
+    return np.asarray(scatters_of([[one] for one in each], gaits_differ) / frees)
 
 
 def scatter(groups: Sequence[FloatArray]) -> tuple[float, int]:

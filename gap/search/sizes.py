@@ -17,6 +17,7 @@ from model.values.arrays import FloatArray
 # Variance between gaits over that between runs of one gait: which of these is likeliest is precise enough.
 SHARES = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 SAME_LIKELIHOOD = 1e-6  # nats
+SEEN = 1e-3  # share of energy below which a change does not show
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,6 +51,12 @@ class Sizes:
             return Sizes(values, _gaits_of(self.gaits, tuple(runs)))
         kept = tuple(run for run, shown in zip(runs, seen, strict=True) if shown)
         return Sizes(values[seen], _gaits_of(self.gaits, kept))
+
+
+def sizes_of(pull: FloatArray, energy: FloatArray, gaits: tuple[str, ...]) -> Sizes:
+    """Return the size of a change in each run that shows it, by pull and energy, (R,); NaN in others."""
+    seen = energy > SEEN * max(float(energy.max()), 1e-30)
+    return Sizes(np.where(seen, pull / np.where(seen, energy, 1.0), np.nan), gaits)
 
 
 @lru_cache(maxsize=1024)
@@ -106,32 +113,34 @@ def scatter_of(groups: Sequence[Sizes], gaits_differ: float) -> tuple[float, int
     return max(float(values @ one.square @ values), 0.0), one.free
 
 
-def scatters_of(each: Sequence[Sizes], gaits_differ: float) -> FloatArray:
-    """Return the squares of sizes about their mean, summed, of each of K groups by itself, (K,)."""
+def scatters_of(each: Sequence[Sequence[Sizes]], gaits_differ: float) -> FloatArray:
+    """Return the squares of sizes about the means of their groups, summed, of each of K sets, (K,)."""
     squares = np.zeros(len(each))
     for numbers, gaits, values in _by_gaits(each):
-        squares[numbers] = _squares(values, design((gaits,), gaits_differ))
+        squares[numbers] = _squares(values, design(gaits, gaits_differ))
     return squares
 
 
-def scatter_in_gaits(sizes: Sizes) -> tuple[float, int]:
-    """Return the squares of sizes about the mean of their gait, summed, and the degrees of freedom."""
-    return scatter_of(list(sizes.by_gait().values()), 0.0)
+def scatter_in_gaits(groups: Sequence[Sizes]) -> tuple[float, int]:
+    """Return the squares of sizes about the means of groups and gaits, summed, and degrees of freedom."""
+    return scatter_of([one for group in groups for one in group.by_gait().values()], 0.0)
 
 
 def _squares(values: FloatArray, one: Design) -> FloatArray:
-    """Squares about the mean of each of K groups of N runs of the same gaits, (K, N), summed, (K,)."""
+    """Squares about the means of each of K sets of N runs of the same gaits, (K, N), summed, (K,)."""
     return np.asarray(np.maximum(np.einsum("kn,nm,km->k", values, one.square, values), 0.0))
 
 
-def _by_gaits(each: Sequence[Sizes]) -> list[tuple[list[int], tuple[str, ...], FloatArray]]:
-    """Groups whose runs have the same gaits: numbers, gaits, sizes, (K, N); one without runs is none."""
-    alike: dict[tuple[str, ...], list[int]] = {}
-    for number, one in enumerate(each):
-        if len(one):
-            alike.setdefault(one.gaits, []).append(number)
+def _by_gaits(
+    each: Sequence[Sequence[Sizes]],
+) -> list[tuple[list[int], tuple[tuple[str, ...], ...], FloatArray]]:
+    """Sets with the same gaits by group: numbers, gaits, sizes, (K, N); a group without runs is none."""
+    alike: dict[tuple[tuple[str, ...], ...], list[int]] = {}
+    for number, groups in enumerate(each):
+        if gaits := tuple(one.gaits for one in groups if len(one)):
+            alike.setdefault(gaits, []).append(number)
     return [
-        (numbers, gaits, np.array([each[number].values for number in numbers]))
+        (numbers, gaits, np.array([np.concatenate([g.values for g in each[n]]) for n in numbers]))
         for gaits, numbers in alike.items()
     ]
 
@@ -150,21 +159,21 @@ def ahead_of(seen: Sizes, known: Sizes, gaits_differ: float) -> tuple[float, flo
     return float(turn @ both.means @ values), float(turn @ both.covariance @ turn)
 
 
-def likeliest_share(changes: Sequence[Sizes], weights: FloatArray) -> float:
+def likeliest_share(changes: Sequence[Sequence[Sizes]], weights: FloatArray) -> float:
     """Return the variance between gaits, over that between runs of one gait, that is likeliest.
 
     By the restricted likelihood of all changes together, each with a variance of its own. Runs of one gait
     do not show it; 0 then.
 
     Args:
-        changes: Sizes of K changes, two runs or more each.
+        changes: Sizes of K changes in groups of runs, more runs than groups each.
         weights: Of each, (K,).
     """
     nats = np.zeros(len(SHARES))
     for own, gaits, values in _by_gaits(changes):
         weight = weights[own]
         for number, share in enumerate(SHARES):
-            one = design((gaits,), share)
+            one = design(gaits, share)
             square = _squares(values, one)
             logs = np.log(square, out=np.zeros(len(own)), where=square > 0.0)
             nats[number] -= 0.5 * weight[square > 0.0].sum() * one.logdet

@@ -26,7 +26,7 @@ from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.cross_validation import steps_without
 from gap.search.fit import Fitted
-from gap.search.novelty import sizes_in_references, sizes_in_trials
+from gap.search.novelty import Trials, sizes_in_references, sizes_in_trials
 from gap.search.scatter import scatter
 from model.values.arrays import FloatArray
 
@@ -120,7 +120,7 @@ def _sizes_of_runs(
     evidence: Evidence, healthy: Evidence | None, fitted: Fitted, cause: Cause
 ) -> tuple[FloatArray, FloatArray]:
     """Sizes of a cause in trials, (M,), and in references, (N,); none of these where there are too few."""
-    trials = sizes_in_trials(evidence, fitted, cause).values
+    trials = sizes_in_trials(Trials(evidence), fitted, cause).values
     if healthy is None:
         return trials, np.zeros(0)
     return trials, sizes_in_references(healthy, [cause])[0][0].values

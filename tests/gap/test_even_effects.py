@@ -8,6 +8,7 @@ from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.gap_evidence import compare
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
+from gap.search.fit import fit_causes
 from gap.search.screen import gains
 from model.effects.catalogue import EFFECTS as LEGGED
 from record.trial.trial import Trial
@@ -50,9 +51,8 @@ def test_a_size_said_to_be_visible_is_found_and_half_of_it_is_not() -> None:
     references = [*_trials(1), *_trials(2)]
     healthy = compare(make_study(_trials(3), TOY, references), lambda _: None)
     assert healthy.known is not None
-    sizes = detectable(
-        healthy.evidence, healthy.signatures, healthy.known.search, healthy.evidence.base
-    )
+    nothing = fit_causes(healthy.evidence, ())
+    sizes = detectable(healthy.evidence, healthy.signatures, healthy.known, nothing)
     (size,) = (one.size for one in sizes if one.effect == "bend")
     named = [
         diagnose(_trials(4, Cause("bend", (), (share * size,))), TOY, references).causes

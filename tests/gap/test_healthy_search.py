@@ -14,6 +14,7 @@ from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.chances import HeldOutChances, promised
 from gap.search.candidates import shares_of
+from gap.search.fit import fit_causes
 from gap.search.healthy_search import View
 from gap.search.novelty import chance_of
 from gap.search.options import CAUSE_LEVEL
@@ -170,7 +171,7 @@ def test_a_size_said_to_be_visible_is_found() -> None:
     healthy = _comparison(31, LIKE)
     assert healthy.known is not None
     evidence = healthy.evidence
-    sizes = detectable(evidence, healthy.signatures, healthy.known.search, evidence.base)
+    sizes = detectable(evidence, healthy.signatures, healthy.known, fit_causes(evidence, ()))
     size = next(s.size for s in sizes if (s.effect, s.parameter) == ("stiffness", "ratio"))
     assert 0.1 < size < 0.5  # days scatter by 0.05, and a joint has a part of its effect's share
     soft = Cause("stiffness", ("b",), (1 - size,))
@@ -186,7 +187,7 @@ def test_no_size_is_said_to_be_visible_below_the_least_that_is_named() -> None:
         for one in healthy.signatures.each
     )  # fmt: skip
     for signatures in (healthy.signatures, replace(healthy.signatures, each=loose)):
-        sizes = detectable(evidence, signatures, None, evidence.base)
+        sizes = detectable(evidence, signatures, None, fit_causes(evidence, ()))
         lag = next(one for one in sizes if one.effect == "lag")
         least = 0.27 if signatures.each is loose else 0.0  # its spread is 0.03 s
         assert least <= lag.size < 0.271

@@ -62,14 +62,14 @@ def test_how_much_gaits_differ_is_recovered_from_many_causes(share: float) -> No
         spread, of_gait = rng.lognormal(), dict(zip("tm", rng.normal(size=2), strict=True))
         between = np.array([of_gait[gait] for gait in REFERENCES])
         sizes = spread * (rng.normal(size=6) + np.sqrt(share) * between + 3.0)
-        changes.append(walked(sizes, REFERENCES))
+        changes.append([walked(sizes, REFERENCES)])
     likeliest = likeliest_share(changes, np.ones(400))
     assert abs(SHARES.index(likeliest) - SHARES.index(share)) <= 1
 
 
 def test_runs_of_one_gait_do_not_say_how_much_gaits_differ() -> None:
     rng = np.random.default_rng(8)
-    changes = [walked(rng.normal(size=5)) for _ in range(30)]
+    changes = [[walked(rng.normal(size=5))] for _ in range(30)]
     assert likeliest_share(changes, np.ones(30)) == 0.0
     assert likeliest_share([], np.ones(0)) == 0.0
 
