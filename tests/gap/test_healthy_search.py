@@ -20,12 +20,8 @@ from gap.search.novelty import chance_of
 from gap.search.options import CAUSE_LEVEL
 from gap.search.scatter import Usual, UsualScatter, pooled
 from gap.search.selection import select
-from record.trial.trial import Trial
 from tests.gap.sizes_of_runs import walked
-from tests.gap.toy import CONDITIONS, JOINTS, Toy, toy_trial
-
-LIKE = (0.05, 0.05, 0.05)
-UNLIKE = (0.05, 0.05, 0.15)  # one joint's stiffness differs three times as much from day to day
+from tests.gap.toy import CONDITIONS, JOINTS, LIKE, UNLIKE, Toy, walked_day
 
 
 def _share_below(level: float, scale: float, seed: int, count: int = 1200) -> float:
@@ -95,20 +91,11 @@ def test_the_level_is_shared_by_all_causes_that_are_tried() -> None:
     assert chance < worth[0] < worth[1] == pytest.approx(worth[2])
 
 
-def _run(at: int, seed: int, wander: tuple[float, ...], causes: tuple[Cause, ...] = ()) -> Trial:
-    rng = np.random.default_rng(seed)
-    days = [
-        Cause("stiffness", (joint,), (1 + share * rng.standard_normal(),))
-        for joint, share in zip(JOINTS, wander, strict=True)
-    ]
-    return toy_trial([*days, *causes], *CONDITIONS[at % 4], seed=10**6 + seed)
-
-
 def _comparison(
     seed: int, wander: tuple[float, ...], causes: tuple[Cause, ...] = ()
 ) -> GapEvidence:
-    trials = [_run(i, 1000 * seed + i, wander, causes) for i in range(4)]
-    known = [_run(i, 1000 * seed + 500 + i, wander) for i in range(6)]
+    trials = [walked_day(i, 1000 * seed + i, wander, causes) for i in range(4)]
+    known = [walked_day(i, 1000 * seed + 500 + i, wander) for i in range(6)]
     return compare(make_study(trials, Toy(), known), lambda share: None)
 
 

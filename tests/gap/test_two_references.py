@@ -11,29 +11,18 @@ from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.energies import _energy_chance
 from record.trial.trial import Trial
-from tests.gap.toy import CONDITIONS, JOINTS, Toy, toy_trial
+from tests.gap.toy import LIKE, UNLIKE, Toy, walked_day
 
-LIKE = (0.05, 0.05, 0.05)  # share of its stiffness that each joint differs by from day to day
-UNLIKE = (0.05, 0.05, 0.15)
 # Healthy sets in which two references, taken for two energies, made their scatter too small.
 ALARMED = (141, 170, 172, 187, 190, 210, 259, 291)
-
-
-def _run(at: int, seed: int, wander: tuple[float, ...], causes: tuple[Cause, ...] = ()) -> Trial:
-    rng = np.random.default_rng(seed)
-    days = [
-        Cause("stiffness", (joint,), (1 + share * rng.standard_normal(),))
-        for joint, share in zip(JOINTS, wander, strict=True)
-    ]
-    return toy_trial([*days, *causes], *CONDITIONS[at % 4], seed=10**6 + seed)
 
 
 def _set(
     seed: int, wander: tuple[float, ...], causes: tuple[Cause, ...] = ()
 ) -> tuple[list[Trial], list[Trial]]:
     """Four trials, and two references of two gaits."""
-    trials = [_run(at, 1000 * seed + at, wander, causes) for at in range(4)]
-    return trials, [_run(at, 1000 * seed + 500 + at, wander) for at in (0, 3)]
+    trials = [walked_day(at, 1000 * seed + at, wander, causes) for at in range(4)]
+    return trials, [walked_day(at, 1000 * seed + 500 + at, wander) for at in (0, 3)]
 
 
 def _alarms(seeds: range | tuple[int, ...], wander: tuple[float, ...]) -> int:
@@ -75,7 +64,7 @@ def test_trials_tell_how_much_causes_scatter_where_two_references_do_not() -> No
     assert both is not None
     usual = both.search.alone.usual
     assert usual.joint.together.free > 0.0
-    more = [_run(at, 7600 + at, LIKE) for at in (0, 1, 2, 3, 0, 1)]
+    more = [walked_day(at, 7600 + at, LIKE) for at in (0, 1, 2, 3, 0, 1)]
     many = compare(make_study(trials, Toy(), more), lambda _: None).known
     assert many is not None
     ratio = usual.joint.together.variance / many.search.alone.usual.joint.together.variance

@@ -233,3 +233,19 @@ def toy_references(seed: int = 0, **more: float) -> list[Trial]:
         toy_trial((), hz, gait, seed=1000 * seed + 500 + i, **more)
         for i, (hz, gait) in enumerate((*CONDITIONS, *CONDITIONS[:2]))
     ]
+
+
+LIKE = (0.05, 0.05, 0.05)  # share of its stiffness that each joint differs by from day to day
+UNLIKE = (0.05, 0.05, 0.15)  # one joint three times as much
+
+
+def walked_day(
+    at: int, seed: int, wander: tuple[float, ...], causes: tuple[Cause, ...] = ()
+) -> Trial:
+    """Return a run of a day on which each joint has another stiffness."""
+    rng = np.random.default_rng(seed)
+    days = [
+        Cause("stiffness", (joint,), (1 + share * rng.standard_normal(),))
+        for joint, share in zip(JOINTS, wander, strict=True)
+    ]
+    return toy_trial([*days, *causes], *CONDITIONS[at % 4], seed=10**6 + seed)
