@@ -237,8 +237,9 @@ def _first(
     for option in options:
         clear = worth(option.over, len(option.added.effect.parameters), len(option.unseen))
         if clear and explains(option) and _agrees(comparison, option):
-            there = [one for one in options if one.added.joints == option.added.joints]
-            return Step(option, tuple(one for one in there if one is not option))
+            joints = option.added.joints
+            others = (one for one in options if one is not option and one.added.joints == joints)
+            return Step(option, tuple(others))
     return None
 
 

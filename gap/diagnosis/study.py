@@ -14,7 +14,7 @@ from gap.constants import ASSUMED_MISFIT, MOST_INFLATION
 from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
 from gap.residuals.floor import ENOUGH_REFERENCES, Floor, make_floor, without_drift
-from gap.residuals.healthy import Healthy, healthy_runs, nearest
+from gap.residuals.healthy import Healthy, farthest, healthy_runs, nearest
 from gap.residuals.hold_out import HoldOut
 from gap.residuals.hunting import Hunting, hunting_of, without_hunting
 from gap.residuals.part_error import PartError, rms
@@ -153,7 +153,7 @@ class Study:
         """
         known = [one.condition for one in self.references]
         fitted = {one.trial for one in self.fitted}
-        most = max(nearest(one.condition, known) for one in self.fitted)
+        most = farthest([one.condition for one in self.fitted], known)
         parts = [
             one
             for one in self.held

@@ -73,7 +73,7 @@ def healthy_runs(
     if len(references) < 2:
         return ()
     own = [one.part.condition for one in references]
-    distance = max((nearest(one, own) for one in conditions), default=SAME_CONDITION)
+    distance = farthest(conditions, own)
     each = []
     for i, one in enumerate(references):
         part, error = one.part, one.error
@@ -113,6 +113,11 @@ def apart(a: RunCondition, b: RunCondition) -> int:
 def nearest(one: RunCondition, known: Sequence[RunCondition]) -> int:
     """Return how far a condition is from the nearest of those that are known."""
     return min(apart(one, other) for other in known)
+
+
+def farthest(some: Sequence[RunCondition], known: Sequence[RunCondition]) -> int:
+    """Return how far any of some conditions is from the nearest of those that are known."""
+    return max((nearest(one, known) for one in some), default=SAME_CONDITION)
 
 
 def laid_over(part: TrialPart, run: WhitenedRun) -> FloatArray:

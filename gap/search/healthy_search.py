@@ -16,7 +16,7 @@ from gap.constants import OPEN_LEVEL, SHOWN
 from gap.residuals.chances import HeldOutChances, clearer, leave_each_out
 from gap.residuals.evidence import Evidence
 from gap.residuals.floor import ENOUGH_REFERENCES
-from gap.residuals.healthy import Healthy, WhitenedRun, nearest
+from gap.residuals.healthy import Healthy, WhitenedRun, farthest, nearest
 from gap.search.candidates import Family, shares_of
 from gap.search.clear_size import clear_size
 from gap.search.days import day_variances, likeliest_day_share
@@ -81,7 +81,7 @@ class HealthySearch:
         return self.chances.calibrated(min(1.0, chance / share))
 
     def left_in_trials(
-        self, evidence: Evidence, residual: FloatArray, held: Sequence[WhitenedRun] = ()
+        self, evidence: Evidence, residual: FloatArray, held: Sequence[WhitenedRun]
     ) -> LaidRuns:
         """Return the references, and the trials with what causes leave of them, (F, C)."""
         laid = self.with_trials.first(len(self.references))
@@ -191,7 +191,7 @@ def _matched(evidence: Evidence, references: Sequence[Healthy]) -> list[int]:
     One that is farther shows what a condition that is new looks like, and not what a chance is worth.
     """
     known = [run.part.condition for run in references]
-    most = max(nearest(part.condition, known) for part in evidence.parts)
+    most = farthest([part.condition for part in evidence.parts], known)
     return [
         held
         for held, others in leave_each_out(len(known))
@@ -204,7 +204,7 @@ def _beside(
     signatures: Signatures,
     healthy: Sequence[int],
     share: float,
-    also: Sequence[Sequence[int]] = (),
+    also: Sequence[Sequence[int]],
 ) -> tuple[View, FloatArray]:
     """Candidates beside what healthy runs differ in, and the variance of each change, (K,).
 

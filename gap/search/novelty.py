@@ -100,17 +100,18 @@ def chance_of(
 def sizes_in_trials(trials: Trials, fitted: Fitted, added: Cause) -> Sizes:
     """Size of one of the fitted causes in each run that shows it, 1 where it is as fitted to all."""
     rest = tuple(one for one in fitted.causes if one is not added)
-    evidence = trials.fitted
-    without = evidence.residuals([rest])[0] if rest else evidence.base
-    left = fitted.residual
-    pull, energy = _pulls(evidence, without, without - left, evidence.weights(left))
-    gaits = tuple(part.gait for part in evidence.parts)
-    if (held := trials.held) is not None:
-        without, left = held.residuals([rest, fitted.causes])
-        more = _pulls(held, without, without - left, held.weights(left))
-        pull, energy = np.concatenate([pull, more[0]]), np.concatenate([energy, more[1]])
-        gaits += tuple(part.gait for part in held.parts)
-    return sizes_of(pull, energy, gaits).taken(range(len(gaits)))
+    compared = [(trials.fitted, fitted.residual)]
+    if trials.held is not None:
+        compared.append((trials.held, trials.held.residuals([fitted.causes])[0]))
+    pulls, energies = [], []
+    for evidence, left in compared:
+        without = evidence.residuals([rest])[0] if rest else evidence.base
+        pull, energy = _pulls(evidence, without, without - left, evidence.weights(left))
+        pulls.append(pull)
+        energies.append(energy)
+    gaits = tuple(part.gait for evidence, _ in compared for part in evidence.parts)
+    sizes = sizes_of(np.concatenate(pulls), np.concatenate(energies), gaits)
+    return sizes.taken(range(len(gaits)))
 
 
 def sizes_in_references(

@@ -17,8 +17,7 @@ from gap.search.days import SHARES, PulledRuns, _mean, day_variances, likeliest_
 from gap.search.healthy_search import HealthySearch
 from gap.search.run_fits import LaidRuns, fits_of, slices_of
 from gap.search.screen import Signature, Signatures
-from record.trial.trial import Trial
-from tests.gap.toy import CONDITIONS, JOINTS, Toy, toy_trial
+from tests.gap.toy import JOINTS, LIKE, Toy, walked_day
 
 
 def _drawn(deviations: tuple[float, ...], runs: int, seed: int) -> PulledRuns:
@@ -66,15 +65,10 @@ def test_of_two_chances_the_smaller_counts_at_most_half(alone: float, beside: fl
     assert clearer(alone, alone) == pytest.approx(alone)
 
 
-def _run(at: int, seed: int, wander: float, causes: tuple[Cause, ...] = ()) -> Trial:
-    rng = np.random.default_rng(seed)
-    days = [Cause("stiffness", (j,), (1 + wander * rng.standard_normal(),)) for j in JOINTS]
-    return toy_trial([*days, *causes], *CONDITIONS[at % 4], seed=10**6 + seed)
-
-
 def _comparison(wander: float, causes: tuple[Cause, ...] = (), seed: int = 7) -> GapEvidence:
-    trials = [_run(i, 1000 * seed + i, wander, causes) for i in range(4)]
-    known = [_run(i, 1000 * seed + 500 + i, wander) for i in range(4)]
+    alike = (wander,) * len(JOINTS)
+    trials = [walked_day(i, 1000 * seed + i, alike, causes) for i in range(4)]
+    known = [walked_day(i, 1000 * seed + 500 + i, alike) for i in range(4)]
     return compare(make_study(trials, Toy(), known), lambda share: None)
 
 
@@ -142,10 +136,10 @@ def test_beside_what_days_differ_in_a_change_that_is_like_it_scatters_less() -> 
 def test_only_references_that_are_matched_as_well_as_trials_are_show_what_a_chance_is_worth() -> (
     None
 ):
-    trials = [_run(i, i, 0.05) for i in range(4)]
+    trials = [walked_day(i, i, LIKE) for i in range(4)]
 
     def counted(references: int) -> int:
-        known = [_run(i, 500 + i, 0.05) for i in range(references)]
+        known = [walked_day(i, 500 + i, LIKE) for i in range(references)]
         comparison = compare(make_study(trials, Toy(), known), lambda share: None)
         return len(_search(comparison).chances.each)
 
