@@ -85,8 +85,8 @@ class HowFar:
     Attributes:
         before: RMS over all channels in units of the baseline.
         after: The same with the causes added.
-        shrink: Share of the gap's energy above the floor that is closed; NaN if there is no gap, or if
-            the simulation with the causes broke down; then ``after`` is NaN, too.
+        shrink: Share of the gap's energy above the floor that is closed; NaN if there is no gap above the
+            baseline, or if the simulation with the causes broke down; then ``after`` is NaN, too.
         low: Lower end of its 95 % interval.
         runs: How many runs were held out.
         explainable: Share of the energy before that is above the floor.
@@ -145,8 +145,9 @@ def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
     weight = held.per_block(np.concatenate([(w.gain > 0) * 1.0 for w in held.whiteners]))
     before, after = energy[()], energy[whole]
     value, low, high = _shrink(held, before, after, weight, seed)
-    closed = [_shrunk(before, energy[i,], weight) for i in whole]
-    last = [_shrunk(before, after, weight) - _shrunk(before, one, weight) for one in rest]
+    closed = [_shrunk(before, energy[i,], after, weight) for i in whole]
+    both = _shrunk(before, after, after, weight)
+    last = [both - _shrunk(before, one, after, weight) for one in rest]
     mean = _mean(before, weight)
     broken = {one: bool(np.isnan(e).any()) for one, e in energy.items()}
     breaks = [
@@ -207,11 +208,15 @@ def _mean(energy: FloatArray, weight: FloatArray) -> float:
     return float(np.mean(energy.sum(axis=0)[on] / frames[on])) if on.any() else 0.0
 
 
-def _shrunk(before: FloatArray, after: FloatArray, weight: FloatArray) -> float:
-    """Share closed; what is left at or below the floor counts as closed altogether."""
-    first, left = _mean(before, weight), _mean(after, weight)
-    floor = min(1.0, left)
-    return (first - left) / (first - floor) if first > floor else np.nan
+def _shrunk(before: FloatArray, left: FloatArray, after: FloatArray, weight: FloatArray) -> float:
+    """Share closed where ``left`` is left; what is at or below the floor counts as closed altogether.
+
+    The floor is 1, the baseline. Runs that are below it before show a gap only by what all causes close
+    (``after`` is left), so that is the floor there.
+    """
+    first, remains, whole = (_mean(energy, weight) for energy in (before, left, after))
+    floor = min(1.0, remains) if first > 1.0 else whole
+    return (first - max(remains, floor)) / (first - floor) if first > floor else np.nan
 
 
 def _shrink(
@@ -224,16 +229,17 @@ def _shrink(
     for _ in range(DRAWS):
         pick = rng.integers(blocks, size=blocks)
         gaps.append(_mean(before[pick], weight[pick]) - min(1.0, _mean(after[pick], weight[pick])))
-        draws.append(_shrunk(before[pick], after[pick], weight[pick]))
-    value, runs = _shrunk(before, after, weight), len(held.parts)
-    if np.quantile(gaps, 0.025) <= 0.0 or np.isnan(value):
+        draws.append(_shrunk(before[pick], after[pick], after[pick], weight[pick]))
+    value, runs = _shrunk(before, after, after, weight), len(held.parts)
+    below = _mean(before, weight) <= 1.0  # as healthy runs are: no gap to take a share of
+    if below or np.quantile(gaps, 0.025) <= 0.0 or np.isnan(value):
         return np.nan, np.nan, np.nan
     if runs < FEWEST_RUNS:
-        low, high = np.quantile(draws, [0.025, 0.975])
+        low, high = np.nanquantile(draws, [0.025, 0.975])
         return value, float(low), float(high)
     # the jackknife over runs (Efron and Stein 1981, DOI 10.1214/aos/1176345462)
     without = [held.block_part != run for run in range(runs)]
-    left = np.array([_shrunk(before[on], after[on], weight[on]) for on in without])
+    left = np.array([_shrunk(before[on], after[on], after[on], weight[on]) for on in without])
     error = np.sqrt((runs - 1) / runs * np.nansum((left - np.nanmean(left)) ** 2))
     reach = float(special.stdtrit(runs - 1, 0.975) * error)
     return value, value - reach, min(value + reach, 1.0)

@@ -78,3 +78,15 @@ def test_no_cause_explains_more_than_the_gap() -> None:
     assert parts((0.8, 0.1), (0.8, 0.1)) == pytest.approx([0.8, 0.1])
     assert np.isnan(parts((1.5, -1.0), (1.5, -1.0))).all()
     assert parts((0.92, -0.01), (0.92, -0.01))[0] <= 1.0
+
+
+def test_of_runs_below_their_baseline_no_share_is_explained() -> None:
+    """They are as healthy ones; what each cause adds to the others is still of all that is closed."""
+    little = Cause("stiffness", ("c",), (0.99,))
+    study = make_study(toy_case([little], 3), Toy(), toy_references(3))
+    far = how_far(study.held_evidence(), (little, Cause("stiffness", ("b",), (1.0,))), 0)
+    assert far.before < 1.0, "or this tests nothing"
+    assert far.after < far.before
+    assert np.isnan([far.shrink, far.low, far.high]).all()
+    assert far.alone == pytest.approx((1.0, 0.0))
+    assert far.last == pytest.approx((1.0, 0.0))
