@@ -38,6 +38,8 @@ MEMBERS = (
 Make = Callable[[Sequence[Trial]], Simulator]
 # Text of the machine's file, causes and the catalogue that they are of; returns the corrected text.
 Apply = Callable[[str, Sequence[Cause], Sequence[Effect]], str]
+# Causes and the catalogue that they are of; returns the effects that ``Apply`` cannot write.
+Left = Callable[[Sequence[Cause], Sequence[Effect]], Sequence[str]]
 # The runs that a machine could make, given those that were made.
 Propose = Callable[[Sequence[Trial]], Sequence[Proposal]]
 
@@ -50,6 +52,8 @@ class MachineKind:
         make: Makes the simulator of trials that all name one machine's file, with the same constants of the
             log (``TrialHeader.constants``) and the same drive. Trials of other files get their own.
         apply: Writes causes into the text of a machine's file; None where it cannot.
+        left: Names the effects that ``apply`` leaves out, because they are not of the machine's file; None
+            where it writes all.
         propose: Says which runs could be made next; None where it cannot.
         with_effects: Returns the kind with effects of a user's file; None where it takes none.
         no_apply: Why there is no ``apply``, behind "a machine of kind NAME".
@@ -59,6 +63,7 @@ class MachineKind:
 
     make: Make
     apply: Apply | None = None
+    left: Left | None = None
     propose: Propose | None = None
     with_effects: "Callable[[Path], MachineKind] | None" = None
     no_apply: str = NO_APPLY

@@ -1,11 +1,11 @@
 """Which causes, and how many: forward, judged on held-out blocks, with drops and replacements."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from gap.constants import TRIMMED
+from gap.constants import AHEAD_NATS, TRIMMED
 from gap.interfaces import Cause, Effect
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, families_of, too_small
@@ -13,9 +13,9 @@ from gap.search.cross_validation import advantage, unseen_score
 from gap.search.fit import fit_causes
 from gap.search.law_pairs import law_with_partner
 from gap.search.look import Known, Look, Search, Selection, Step
-from gap.search.options import worth
+from gap.search.options import fit_option, worth
 from gap.search.pairs import best_pair
-from gap.search.replacement import left_out, replaced
+from gap.search.replacement import in_its_place, left_out, replaced
 from gap.search.screen import Signatures, gains, make_signatures
 from model.values.arrays import FloatArray
 
@@ -54,10 +54,53 @@ def select(
     selection = Selection(fitted, unseen_score(evidence, fitted), ())
     selection, signatures = _forward(look, selection, candidates, signatures, progress)
     other = replaced(look, selection, signatures)
-    if other is selection:
-        return selection
-    selection = _dropped(evidence, other, len(other.steps))
-    return _forward(look, selection, candidates, signatures, progress)[0]
+    if other is not selection:
+        selection = _dropped(evidence, other, len(other.steps))
+        selection, signatures = _forward(look, selection, candidates, signatures, progress)
+    if known is not None:
+        return selection  # what is new there is judged for each cause (``gap.search.contained``)
+    return widened(look, selection, candidates, signatures, progress)
+
+
+def widened(
+    look: Look, selection: Selection, candidates: Sequence[Candidate], signatures: Signatures,
+    progress: Callable[[float], None],
+) -> Selection:  # fmt: skip
+    """Put an effect that has a cause's numbers and more in its place, if the whole set is then better.
+
+    What a cause leaves others imitate: dry friction leaves viscous friction and a rotor's inertia, which
+    offsets and a weaker loop resemble. Beside them the wider effect gains little, so what it makes idle is
+    dropped, and the search goes on.
+    """
+    evidence = look.evidence
+    for at, cause in enumerate(selection.fitted.causes):
+        effect = evidence.effects[cause.effect]
+        values = dict(zip(effect.parameters, cause.values, strict=True))
+        for wider in _holding(effect, cause, candidates):
+            start = wider.cause([values.get(p, p.neutral) for p in wider.effect.parameters])
+            causes = (*selection.fitted.causes[:at], start, *selection.fitted.causes[at + 1 :])
+            option = fit_option(evidence, wider, causes, selection.unseen)
+            if option.over.nats <= 0.0:
+                continue
+            other = in_its_place(selection, at, option)
+            other = _dropped(evidence, other, len(other.steps))
+            other = _forward(look, other, candidates, signatures, progress)[0]
+            over = advantage(other.unseen, selection.unseen, evidence.block_part)
+            if over.nats > max(over.error, AHEAD_NATS):
+                return widened(look, other, candidates, signatures, progress)
+    return selection
+
+
+def _holding(effect: Effect, cause: Cause, candidates: Sequence[Candidate]) -> Iterator[Candidate]:
+    """Yield candidates at the same joints that have all numbers of an effect, and more.
+
+    None for a law, which has no number; nor another form of the same cause, which was tried as one.
+    """
+    numbers = set(effect.parameters)
+    for one in candidates:
+        other = one.joints == cause.joints and one.effect.family != effect.family
+        if other and numbers and numbers < set(one.effect.parameters):
+            yield one
 
 
 def _forward(

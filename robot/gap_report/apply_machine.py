@@ -64,11 +64,15 @@ def apply_to_machine(request: GapApplyRequest, of: DiagnosedRuns) -> ExitCode:
     for name, file in files.items():
         file.parent.mkdir(parents=True, exist_ok=True)
         write_text(file, corrected[name])
+    left = kind.left(diagnosis.causes, simulator.effects) if kind.left else ()
     far = _measured(runs, simulator, after)
     if request.json:
-        print_json({"files": list(files.values()), "gap": measured_json(far)})
+        about = {"files": list(files.values()), "not_written": list(left)}
+        print_json({**about, "gap": measured_json(far)})
     else:
         lines = [f"written: {file}" for file in files.values()]
+        if left:
+            lines.append(f"not written, as it is of the drive or the log, not of this file: {', '.join(left)}")
         print("\n".join([*lines, *measured_lines(out, diagnosis, far)]))
     return exit_code(far)
 

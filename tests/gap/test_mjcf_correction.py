@@ -7,7 +7,7 @@ import pytest
 
 from gap.interfaces import Cause, Drive
 from gap.machine_kinds import kind_named
-from gap.machines.mujoco.correction import corrected_text
+from gap.machines.mujoco.correction import corrected_text, left_by_text
 from gap.machines.mujoco.machine import MjcfMachine, make_machine
 from model.errors import GapError
 from record.trial.trial import Trial
@@ -62,6 +62,7 @@ def test_what_is_of_the_drive_is_refused_alone_and_listed_beside(machine: MjcfMa
     with pytest.raises(GapError, match=r"command_delay acts on the drive .* change it in .drive."):
         corrected_text(arm(), (late,), machine.effects)
     text = corrected_text(arm(), (late, dry), machine.effects)
+    assert left_by_text((late, dry), machine.effects) == ("command_delay",)
     assert text.startswith("<!-- not written: of the drive or the log: command_delay -->")
     assert 'frictionloss="0.3"' in text
 

@@ -44,12 +44,9 @@ def corrected_text(text: str, causes: Sequence[Cause], effects: Sequence[Effect]
     Raises:
         GapError: No cause is of the model, or the file does not have what one touches.
     """
-    known: Mapping[str, MjcfEffect] = {
-        one.name: one for one in effects if isinstance(one, MjcfEffect)
-    }
-    single = [one for cause in causes for one in joint_by_joint(cause, known[cause.effect])]
+    known, single = _single(causes, effects)
     written = [one for one in single if in_model(known[one.effect])]
-    left = sorted({one.effect for one in single} - {one.effect for one in written})
+    left = left_by_text(causes, effects)
     if not written:
         raise GapError(
             f"{', '.join(left)} acts on the drive or on the log, not on the bodies, so no number of the "
@@ -72,6 +69,20 @@ def corrected_text(text: str, causes: Sequence[Cause], effects: Sequence[Effect]
     spec.compile()
     note = f"<!-- not written: {'; '.join(notes)} -->\n" if notes else ""
     return note + str(spec.to_xml())
+
+
+def left_by_text(causes: Sequence[Cause], effects: Sequence[Effect]) -> tuple[str, ...]:
+    """Return the effects among some causes that no number of a model can hold; arguments as above."""
+    known, single = _single(causes, effects)
+    return tuple(sorted({one.effect for one in single if not in_model(known[one.effect])}))
+
+
+def _single(
+    causes: Sequence[Cause], effects: Sequence[Effect]
+) -> tuple[Mapping[str, MjcfEffect], list[Cause]]:
+    """Return the catalogue by name, and causes of all joints as one of each."""
+    known = {one.name: one for one in effects if isinstance(one, MjcfEffect)}
+    return known, [one for cause in causes for one in joint_by_joint(cause, known[cause.effect])]
 
 
 def _write(spec: Any, model: Any, cause: Cause, effect: MjcfEffect) -> None:

@@ -16,6 +16,7 @@ from gap.machines.sliding_body.simulator import with_causes as with_body_causes
 from record.trial.trial import Trial, write_trial
 from robot.cli import main as cli
 from tests.gap.bench_trials import MOTOR, servo_trial, slide_trial
+from tests.gap.mjcf_arms import arm_log
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "own_machine.py"
 WEAK = MOTOR.replace("kp_duty_per_rad = 4.0", "kp_duty_per_rad = 2.0")
@@ -64,6 +65,28 @@ def test_the_causes_go_into_every_machine_s_file_and_the_gap_is_measured_again(
         assert written["effects"]["play"]["width_rad"] == pytest.approx(0.05, abs=0.002)
     assert cli.run(words) == 2
     assert "exists; choose another name" in capsys.readouterr().err
+
+
+def test_what_a_models_file_cannot_hold_is_said(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A delay is of the drive: it explains a part that the corrected file does not."""
+    write_trial(arm_log(6.0), tmp_path / "run.parquet")
+    answer = json.loads((folder / "d.json").read_text())
+    answer |= {"simulator": "mjcf", "files": [str(tmp_path / "run.parquet")], "ambiguous_with": []}
+    answer |= {"trials": {"fitted": [0], "held_out": [0]}, "verdict": "explained"}
+    sizes = {"command_delay": ("delay_s", 0.02), "coulomb_friction": ("coulomb_nm", 0.3)}
+    answer["causes"] = [
+        {"effect": effect, "legs": ["fore"], "parameters": {name: size}, "on_bound": []}
+        for effect, (name, size) in sizes.items()
+    ]
+    (tmp_path / "d.json").write_text(json.dumps(answer))
+    words = ["gap", "apply", str(tmp_path / "d.json"), "--out"]
+    assert cli.run([*words, str(tmp_path / "a.xml")]) in {0, 1}
+    left = "not written, as it is of the drive or the log, not of this file: command_delay\n"
+    assert left in capsys.readouterr().out
+    assert cli.run([*words, str(tmp_path / "b.xml"), "--json"]) in {0, 1}
+    assert json.loads(capsys.readouterr().out)["not_written"] == ["command_delay"]
 
 
 def test_a_corrected_file_says_what_the_causes_said_and_takes_more() -> None:
