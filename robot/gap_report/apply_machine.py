@@ -72,7 +72,9 @@ def apply_to_machine(request: GapApplyRequest, of: DiagnosedRuns) -> ExitCode:
     else:
         lines = [f"written: {file}" for file in files.values()]
         if left:
-            lines.append(f"not written, as it is of the drive or the log, not of this file: {', '.join(left)}")
+            lines.append(
+                f"not written, as it is of the drive or the log, not of this file: {', '.join(left)}"
+            )
         print("\n".join([*lines, *measured_lines(out, diagnosis, far)]))
     return exit_code(far)
 
