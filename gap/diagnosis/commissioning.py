@@ -25,8 +25,12 @@ FEWEST_CONDITIONS = 2
 MOST_TRIALS = 3
 SENSING = "sensing"
 # A cause here must be large enough to change what other effects do; smaller misfit is subtracted as it is.
-LAWS = Search(shortlist=4, most=6, least_share=LAW_SHARE, rounds=3, least_gain=LAW_GAIN, laws=True)
-SENSORS = Search(shortlist=3, most=3, least_share=LAW_SHARE, rounds=3, least_gain=SENSOR_GAIN)
+LAWS = Search(
+    shortlist=4, most=6, least_share=LAW_SHARE, rounds=3, least_gain=LAW_GAIN, laws=True, walk=True
+)
+SENSORS = Search(
+    shortlist=3, most=3, least_share=LAW_SHARE, rounds=3, least_gain=SENSOR_GAIN, walk=True
+)
 
 
 def commission(study: Study) -> tuple[Cause, ...]:
