@@ -144,9 +144,9 @@ def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
     rest = [energy[whole[:i] + whole[i + 1 :]] for i in whole]
     weight = held.per_block(np.concatenate([(w.gain > 0) * 1.0 for w in held.whiteners]))
     before, after = energy[()], energy[whole]
-    value, low, high = _shrink(held, before, after, weight, seed)
-    closed = [_shrunk(before, energy[i,], after, weight) for i in whole]
     both = _shrunk(before, after, after, weight)
+    value, low, high = _shrink(held, before, after, weight, both, seed)
+    closed = [_shrunk(before, energy[i,], after, weight) for i in whole]
     last = [both - _shrunk(before, one, after, weight) for one in rest]
     mean = _mean(before, weight)
     broken = {one: bool(np.isnan(e).any()) for one, e in energy.items()}
@@ -220,9 +220,17 @@ def _shrunk(before: FloatArray, left: FloatArray, after: FloatArray, weight: Flo
 
 
 def _shrink(
-    held: Evidence, before: FloatArray, after: FloatArray, weight: FloatArray, seed: int
+    held: Evidence,
+    before: FloatArray,
+    after: FloatArray,
+    weight: FloatArray,
+    value: float,
+    seed: int,
 ) -> tuple[float, float, float]:
-    """Value and 95 % interval; NaN where the gap before is not surely above the floor."""
+    """Value, which is what all causes close, and its 95 % interval.
+
+    NaN where the gap before is not surely above the floor.
+    """
     rng = np.random.default_rng(seed)
     blocks = len(weight)
     draws, gaps = [], []
@@ -230,7 +238,7 @@ def _shrink(
         pick = rng.integers(blocks, size=blocks)
         gaps.append(_mean(before[pick], weight[pick]) - min(1.0, _mean(after[pick], weight[pick])))
         draws.append(_shrunk(before[pick], after[pick], after[pick], weight[pick]))
-    value, runs = _shrunk(before, after, after, weight), len(held.parts)
+    runs = len(held.parts)
     below = _mean(before, weight) <= 1.0  # as healthy runs are: no gap to take a share of
     if below or np.quantile(gaps, 0.025) <= 0.0 or np.isnan(value):
         return np.nan, np.nan, np.nan

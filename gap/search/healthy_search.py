@@ -86,7 +86,7 @@ class HealthySearch:
         """Return the references, and the trials with what causes leave of them, (F, C)."""
         laid = self.with_trials.first(len(self.references))
         laid = laid.with_trials(evidence, self.signatures, residual)
-        return laid.then(lay(evidence, self.signatures, held))
+        return laid.with_others(evidence, self.signatures, held)
 
     def visible_sizes(self, level: float, laid: LaidRuns) -> Iterator[tuple[Signature, int, float]]:
         """Return each signature with a place in it and how many spreads of its parameter would be named.

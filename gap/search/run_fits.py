@@ -85,59 +85,58 @@ class LaidRuns:
         runs = self.runs.taken(range(count))
         return LaidRuns(runs, self.linear, self.gaits[:count], self.residuals[:count])
 
-    def then(self, other: "LaidRuns") -> "LaidRuns":
-        """Return them with other runs after them that are laid over the same trials."""
-        runs = replace(
-            self.runs,
-            pulls=np.vstack([self.runs.pulls, other.runs.pulls]),
-            parts=(*self.runs.parts, *other.runs.parts),
-        )
-        gaits, residuals = (*self.gaits, *other.gaits), (*self.residuals, *other.residuals)
-        return LaidRuns(runs, self.linear, gaits, residuals)
-
     def with_trials(
         self, evidence: Evidence, signatures: Signatures, residual: FloatArray
     ) -> "LaidRuns":
         """Return them with the trials that are fitted to after them, of which something is left, (F, C)."""
         flat = residual.ravel().astype(np.float32)
-        cuts = slices_of(evidence)
-        own = tuple(flat[cut] for cut in cuts)
-        pulls = [signatures.matrix[:, cut] @ left for cut, left in zip(cuts, own, strict=True)]
-        runs = PulledRuns(
-            np.vstack([self.runs.pulls, np.array(pulls, dtype=np.float64)]),
-            (*self.runs.parts, *range(len(cuts))),
-            self.runs.grams,
+        own = tuple(flat[cut] for cut in slices_of(evidence))
+        gaits = tuple(part.gait for part in evidence.parts)
+        return self._with(evidence, signatures, tuple(range(len(own))), own, gaits)
+
+    def with_others(
+        self, evidence: Evidence, signatures: Signatures, others: Sequence[WhitenedRun]
+    ) -> "LaidRuns":
+        """Return them with other runs after them, each laid over the trial whose condition is nearest."""
+        parts = tuple(_part_for(evidence, run) for run in others)
+        laid = tuple(
+            (laid_over(evidence.parts[part], run) * (evidence.whiteners[part].gain > 0))
+            .ravel()
+            .astype(np.float32)
+            for part, run in zip(parts, others, strict=True)
         )
-        gaits = (*self.gaits, *(part.gait for part in evidence.parts))
-        return LaidRuns(runs, self.linear, gaits, (*self.residuals, *own))
+        gaits = tuple(run.part.gait for run in others)
+        return self._with(evidence, signatures, parts, laid, gaits)
+
+    def _with(
+        self, evidence: Evidence, signatures: Signatures, parts: tuple[int, ...],
+        residuals: tuple[NDArray[np.float32], ...], gaits: tuple[str, ...],
+    ) -> "LaidRuns":  # fmt: skip
+        """Return them with runs after them, each of which lies over a part."""
+        cuts = slices_of(evidence)
+        pulls = [
+            signatures.matrix[:, cuts[part]] @ own
+            for part, own in zip(parts, residuals, strict=True)
+        ]
+        runs = replace(
+            self.runs,
+            pulls=np.vstack([self.runs.pulls, *np.array(pulls, dtype=np.float64)]),
+            parts=(*self.runs.parts, *parts),
+        )
+        residuals = (*self.residuals, *residuals)
+        return LaidRuns(runs, self.linear, (*self.gaits, *gaits), residuals)
 
 
 def lay(evidence: Evidence, signatures: Signatures, others: Sequence[WhitenedRun]) -> LaidRuns:
     """Lay other runs over the trials that are fitted to, each over the one whose condition is nearest."""
-    parts = tuple(_part_for(evidence, run) for run in others)
-    slices = slices_of(evidence)
-    residuals = tuple(
-        (laid_over(evidence.parts[part], run) * (evidence.whiteners[part].gain > 0))
-        .ravel()
-        .astype(np.float32)
-        for part, run in zip(parts, others, strict=True)
-    )
-    pulls = np.array(
-        [
-            signatures.matrix[:, slices[part]] @ own
-            for part, own in zip(parts, residuals, strict=True)
-        ],
-        dtype=np.float64,
-    ).reshape(len(others), len(signatures.matrix))
     grams = {}
-    for part, cut in enumerate(slices):
+    for part, cut in enumerate(slices_of(evidence)):
         rows = np.ascontiguousarray(signatures.matrix[:, cut])
         grams[part] = (rows @ rows.T).astype(np.float64)
     linear = sorted({row for one in signatures.each if one.offset < 0 for row in one.rows})
-    gaits = tuple(run.part.gait for run in others)
-    return LaidRuns(
-        PulledRuns(pulls, parts, grams), np.array(linear, dtype=np.int64), gaits, residuals
-    )
+    nothing = PulledRuns(np.zeros((0, len(signatures.matrix))), (), grams)
+    empty = LaidRuns(nothing, np.array(linear, dtype=np.int64), (), ())
+    return empty.with_others(evidence, signatures, others)
 
 
 def slices_of(evidence: Evidence) -> list[slice]:

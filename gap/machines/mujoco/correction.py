@@ -44,9 +44,7 @@ def corrected_text(text: str, causes: Sequence[Cause], effects: Sequence[Effect]
     Raises:
         GapError: No cause is of the model, or the file does not have what one touches.
     """
-    known, single = _single(causes, effects)
-    written = [one for one in single if in_model(known[one.effect])]
-    left = left_by_text(causes, effects)
+    known, written, left = _parted(causes, effects)
     if not written:
         raise GapError(
             f"{', '.join(left)} acts on the drive or on the log, not on the bodies, so no number of the "
@@ -73,16 +71,18 @@ def corrected_text(text: str, causes: Sequence[Cause], effects: Sequence[Effect]
 
 def left_by_text(causes: Sequence[Cause], effects: Sequence[Effect]) -> tuple[str, ...]:
     """Return the effects among some causes that no number of a model can hold; arguments as above."""
-    known, single = _single(causes, effects)
-    return tuple(sorted({one.effect for one in single if not in_model(known[one.effect])}))
+    return _parted(causes, effects)[2]
 
 
-def _single(
+def _parted(
     causes: Sequence[Cause], effects: Sequence[Effect]
-) -> tuple[Mapping[str, MjcfEffect], list[Cause]]:
-    """Return the catalogue by name, and causes of all joints as one of each."""
+) -> tuple[Mapping[str, MjcfEffect], list[Cause], tuple[str, ...]]:
+    """Return the catalogue by name, causes of the model, joint by joint, and the effects of all others."""
     known = {one.name: one for one in effects if isinstance(one, MjcfEffect)}
-    return known, [one for cause in causes for one in joint_by_joint(cause, known[cause.effect])]
+    single = [one for cause in causes for one in joint_by_joint(cause, known[cause.effect])]
+    written = [one for one in single if in_model(known[one.effect])]
+    left = {one.effect for one in single if not in_model(known[one.effect])}
+    return known, written, tuple(sorted(left))
 
 
 def _write(spec: Any, model: Any, cause: Cause, effect: MjcfEffect) -> None:
