@@ -70,6 +70,12 @@ CHANNELS_APART = Constant(
     6.0, "channels of one run that count as independent where their scatter is pooled", DEVELOPMENT
 )
 LEAST_SCATTER = Constant(0.05, "least scatter of the logarithm of an energy between runs", BY_HAND)
+SHAPE_DIFFERS = Constant(
+    0.05,
+    "share of the change by other causes that one more must make to be tried beside what differs from day "
+    "to day: they are only nearly of the machine's shape",
+    "the share that is taken for laws of contact is 0.03 (FORCES_DIFFER); 38 pairs, labels open",
+)
 UNSTEADY_LEVEL = Constant(
     0.01,
     "chance of so large a trend in a cause that keeps its size, below which it counts",

@@ -4,10 +4,15 @@ By itself a cause is fitted again to each reference as it is measured (``gap.sea
 compared by its change in the trials, over which references are laid, and by generalised least squares.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
+from gap.constants import FALSE_ALARMS, SHAPE_DIFFERS
+from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate
+from gap.search.fit import Fitted
 from gap.search.healthy_search import HealthySearch
 from gap.search.novelty import chance_of
 from gap.search.run_fits import sizes_alike, slices_of, taken_by_days
@@ -20,18 +25,18 @@ def chance_beside_days(
     search: HealthySearch,
     candidate: Candidate,
     values: tuple[float, ...],
-    residual: FloatArray,
+    change: FloatArray,
 ) -> float:
     """Return the chance of so large a cause in a healthy machine, for this one candidate.
 
     Args:
         evidence: The trials.
         search: What was found in references.
-        candidate: The only cause.
+        candidate: The only cause, or one more than those that the trials are laid with.
         values: Its parameters, as fitted.
-        residual: What it leaves of the trials, (F, C).
+        change: What it changes of what is left of the trials, whitened, (F, C).
     """
-    pull, energy = _pulls(evidence, search, candidate, evidence.base - residual)
+    pull, energy = _pulls(evidence, search, candidate, change)
     sizes = sizes_of(pull, energy, search.with_trials.gaits)
     seen, known = sizes.taken(search.trials), sizes.taken(search.references)
     if not len(seen):
@@ -39,6 +44,30 @@ def chance_beside_days(
     usual = search.beside.usual.of(bool(candidate.joints))
     expected = usual.times(1.0 / max(float(energy[list(search.references)].mean()), 1e-30))
     return chance_of(seen, known, _alike(search, candidate, values), len(values), expected)
+
+
+def chance_beside_others(
+    evidence: Evidence, search: HealthySearch, candidate: Candidate, added: Cause, fitted: Fitted,
+    alone: float,
+) -> float:  # fmt: skip
+    """Return the same chance of one of several causes, in what the others leave of the trials.
+
+    What they leave is also what the simulator has wrong about them, which no reference shows. So this says
+    nothing, 1, of a cause that changes no more than that may be, nor of one that by itself, of which there
+    is the chance ``alone``, is like what healthy runs show.
+    """
+    if alone >= FALSE_ALARMS:
+        return 1.0
+    others = tuple(one for one in fitted.causes if one is not added)
+    (left,) = evidence.residuals([others])
+    weights = evidence.weights(fitted.residual)
+    changed = float((weights * (left - fitted.residual) ** 2).sum())
+    if changed < SHAPE_DIFFERS**2 * float((weights * (evidence.base - left) ** 2).sum()):
+        return 1.0
+    laid = search.with_trials.first(len(search.references))
+    laid = laid.with_trials(evidence, search.signatures, left)
+    beside = replace(search, with_trials=laid)
+    return chance_beside_days(evidence, beside, candidate, added.values, left - fitted.residual)
 
 
 def _pulls(

@@ -11,7 +11,7 @@ from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
 from gap.search.at_once import each_of
-from gap.search.beside_days import chance_beside_days
+from gap.search.beside_days import chance_beside_days, chance_beside_others
 from gap.search.candidates import Family, families_of, too_small
 from gap.search.contained import containing
 from gap.search.edges import with_seen_edges
@@ -142,28 +142,36 @@ class Look:
         hunts = option.added.hunts
         if hunts and one < OPEN_LEVEL:  # which of all candidates it is, was seen before any fit
             return _both(one, hunts.chance)
-        chance = self.known.search.among_all(
-            min(1.0, option.added.forms * one), option.added.family
-        )
+        chance = self._among_all(one, option, self.known)
+        if len(option.fitted.causes) > 1 and not hunts:
+            beside = self._beside_others(one, option, self.known)
+            chance = min(chance, beside) if beside < CAUSE_LEVEL else chance
         vibration = option.added.vibration
         if vibration is None or not option.added.effect.shaking or vibration.nats <= 0.0:
             return chance
         return min(chance, _both(chance, vibration.chance))
 
-    def _chance_of_one(self, option: Option, known: Known) -> float:
-        """Chance of this one candidate, by itself and beside what differs from day to day.
+    def _among_all(self, one: float, option: Option, known: Known) -> float:
+        return known.search.among_all(min(1.0, option.added.forms * one), option.added.family)
 
-        What is left beside another cause is also what the simulator has wrong about that one, which no
-        reference shows; the sharper of the two tests would find that new.
-        """
+    def _beside_others(self, alone: float, option: Option, known: Known) -> float:
+        """Chance of one more cause among all, beside what differs from day to day as well."""
+        beside = chance_beside_others(
+            self.evidence, known.search, option.added, option.cause, option.fitted, alone
+        )
+        return self._among_all(clearer(alone, beside), option, known)
+
+    def _chance_of_one(self, option: Option, known: Known) -> float:
+        """Chance of this one candidate, by itself and, if it is the only cause, beside days."""
         added, search = option.cause, known.search
         trials = Trials(self.evidence, known.held)
         alone = chance_healthy(trials, known.runs, option.fitted, added, search.alone.usual)
         if len(option.fitted.causes) > 1:
             return alone
         beside = chance_beside_days(
-            self.evidence, search, option.added, added.values, option.fitted.residual
-        )
+            self.evidence, search, option.added, added.values,
+            self.evidence.base - option.fitted.residual,
+        )  # fmt: skip
         return clearer(alone, beside)
 
     def level(self, fitted: Fitted) -> float:

@@ -7,13 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gap.constants import OPEN_LEVEL
+from gap.constants import FALSE_ALARMS, OPEN_LEVEL
 from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.chances import clearer
+from gap.search.beside_days import chance_beside_days, chance_beside_others
 from gap.search.candidates import Candidate
 from gap.search.days import SHARES, PulledRuns, _mean, day_variances, likeliest_day_share
+from gap.search.fit import fit_causes
 from gap.search.healthy_search import HealthySearch
 from gap.search.run_fits import LaidRuns, fits_of, slices_of
 from gap.search.screen import Signature, Signatures
@@ -131,6 +133,36 @@ def test_beside_what_days_differ_in_a_change_that_is_like_it_scatters_less() -> 
     scatter = [float(one.along(np.ones(1)).values.std()) for one in (alone, beside)]
     assert scatter[0] > 0.15
     assert scatter[1] < 0.3 * scatter[0]
+
+
+def _of_a_lag(lag_s: float, other: Cause) -> tuple[float, float, float]:
+    """Chances of a lag: as if alone, beside another cause, and if by itself it is like healthy runs."""
+    lag = Cause("lag", (), (lag_s,))
+    comparison = _comparison(0.02, (lag, other))
+    evidence, search = comparison.evidence, _search(comparison)
+    added = next(one for one in comparison.candidates if one.key == ("lag", ()))
+    fitted = fit_causes(evidence, (other, lag))
+    cause = fitted.causes[1]
+    (left,) = evidence.residuals([fitted.causes[:1]])
+    one = chance_beside_days(evidence, search, added, cause.values, left - fitted.residual)
+    clear, usual = (
+        chance_beside_others(evidence, search, added, cause, fitted, alone)
+        for alone in (0.1 * FALSE_ALARMS, FALSE_ALARMS)
+    )
+    return one, clear, usual
+
+
+def test_one_more_cause_is_clearer_beside_days_if_the_others_cannot_look_like_it() -> None:
+    one, clear, usual = _of_a_lag(0.03, Cause("grip", ("a",), (1.5,)))
+    assert one < 1e-3
+    assert clear < 10.0 * one
+    assert usual == 1.0  # by itself it is like what healthy runs show
+
+
+def test_what_may_be_the_shape_of_a_large_cause_is_no_cause_beside_it() -> None:
+    one, clear, _ = _of_a_lag(0.02, Cause("offset", ("a",), (4.0,)))
+    assert one < 1e-2
+    assert clear == 1.0
 
 
 def test_only_references_that_are_matched_as_well_as_trials_are_show_what_a_chance_is_worth() -> (

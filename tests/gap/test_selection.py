@@ -252,7 +252,7 @@ def test_a_cause_on_its_bound_gives_way_to_one_that_the_misfit_hides(
     def option(name: str, value: float, nats: float, left: float) -> Option:
         added = Candidate(effects[name], ())
         nothing = np.zeros((0,))
-        fitted = Fitted((cause(name, value),), nothing, nothing, nothing, 0.0)
+        fitted = Fitted((cause(name, value),), found.base, nothing, nothing, 0.0)
         return Option(added, fitted, np.array([left]), Advantage(nats, 1.0))
 
     monkeypatch.setattr(options_module, "usual_score", lambda *_: np.array([1000.0]))
