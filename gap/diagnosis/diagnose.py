@@ -12,7 +12,7 @@ from gap.diagnosis.by_vibration import settled_by_vibration, shaken_channels
 from gap.diagnosis.commissioning import commission
 from gap.diagnosis.coverage import unwatched_stages
 from gap.diagnosis.detection import Detection, detect, detectable
-from gap.diagnosis.drop_worse import drop_worse
+from gap.diagnosis.drop_worse import drop_unclear, drop_worse
 from gap.diagnosis.exchange import with_gap_fitted
 from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.gap_evidence import GapEvidence, compare
@@ -126,8 +126,8 @@ def diagnose_study(
 def _judged_by_held_out(
     comparison: GapEvidence, selection: Selection, seed: int
 ) -> tuple[Selection, HowFar]:
-    """Drop causes that held-out runs speak against, and take a second look where no reference helps."""
-    left, far = drop_worse(comparison, selection, seed)
+    """Drop what held-out runs speak against or is not clear, and look again where no reference helps."""
+    left, far = drop_unclear(comparison, *drop_worse(comparison, selection, seed), seed)
     effects = comparison.evidence.effects
     dropped = families_of(selection.fitted.causes, effects) - families_of(
         left.fitted.causes, effects

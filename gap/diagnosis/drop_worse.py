@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 from gap.constants import (
     CLEAR_ERRORS,
+    FALSE_ALARMS,
     HELD_OUT_ADDS,
     HELD_OUT_SIZEABLE,
     HELD_OUT_STAGE,
@@ -18,9 +19,11 @@ from gap.constants import (
 from gap.diagnosis.gap_evidence import GapEvidence
 from gap.diagnosis.held_stage import agrees, helps_its_stage
 from gap.diagnosis.how_far import HowFar, how_far
+from gap.diagnosis.probability import clear_of_nothing
 from gap.search.candidates import families_of, size_of
 from gap.search.look import Selection
 from gap.search.replacement import fitted_for, in_its_place, left_out
+from gap.search.standard_errors import standard_errors
 
 RIVALS = 2  # of a cause, that are tried in its place
 
@@ -45,6 +48,27 @@ def drop_worse(
         if at is None:
             break
         selection = left_out(comparison.evidence, selection, {at})
+        far = how_far(comparison.held, selection.fitted.causes, seed)
+    return selection, far
+
+
+def drop_unclear(
+    comparison: GapEvidence, selection: Selection, far: HowFar, seed: int
+) -> tuple[Selection, HowFar]:
+    """Drop causes that are named with others and whose size is not clear of nothing, the least clear first.
+
+    What a large cause leaves, because the simulator is not exactly the machine, looks like others. Some of
+    them are new and help held-out runs, but are so few of their standard errors in size that, of so many
+    effects, one is by chance. Only references tell how much sizes scatter, so without them none is dropped.
+    """
+    evidence = comparison.evidence
+    while comparison.healthy is not None and len(selection.steps) > 1:
+        errors = standard_errors(evidence, comparison.healthy, selection.fitted)
+        clear = clear_of_nothing(selection, evidence.effects, errors)
+        least = min(range(len(clear)), key=clear.__getitem__)
+        if clear[least] >= FALSE_ALARMS:
+            break
+        selection = left_out(evidence, selection, {least})
         far = how_far(comparison.held, selection.fitted.causes, seed)
     return selection, far
 

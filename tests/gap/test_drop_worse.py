@@ -7,7 +7,7 @@ import pytest
 import gap.diagnosis.drop_worse as drop_module
 from gap.diagnosis import held_stage
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.drop_worse import drop_worse
+from gap.diagnosis.drop_worse import drop_unclear, drop_worse
 from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.held_stage import helps_its_stage
 from gap.diagnosis.how_far import HowFar, how_far
@@ -147,3 +147,20 @@ def test_without_references_a_large_cause_needs_a_smaller_part_of_its_stage(
     monkeypatch.setattr(drop_module, "HELD_OUT_STAGE", 2.0)  # more than any cause has
     left, _ = drop_worse(comparison, selected(comparison, [stiffness, weaker]), 0)
     assert [one.joints for one in left.fitted.causes] == [("c",)]
+
+
+@pytest.mark.parametrize(("references", "kept"), [(6, ["stiffness"]), (0, ["stiffness", "bias"])])
+def test_of_several_causes_one_that_may_be_nothing_is_not_named(
+    references: int, kept: list[str]
+) -> None:
+    """Only references say how much its size scatters."""
+    true, little = Cause("stiffness", ("c",), (0.8,)), Cause("bias", ("a",), (0.001,))
+    study = make_study(toy_case([true], 3), Toy(), toy_references(6)[:references])
+    comparison = compare(study, lambda _: None)
+    selection = selected(comparison, [true, little])
+    far = how_far(comparison.held, selection.fitted.causes, 0)
+    left, again = drop_unclear(comparison, selection, far, 0)
+    assert [one.effect for one in left.fitted.causes] == kept
+    assert len(again.last) == len(kept)
+    alone, _ = drop_unclear(comparison, selected(comparison, [little]), far, 0)
+    assert [one.effect for one in alone.fitted.causes] == ["bias"]  # it is what shows the gap
