@@ -64,9 +64,7 @@ def chance_beside_others(
     changed = float((weights * (left - fitted.residual) ** 2).sum())
     if changed < SHAPE_DIFFERS**2 * float((weights * (evidence.base - left) ** 2).sum()):
         return 1.0
-    laid = search.with_trials.first(len(search.references))
-    laid = laid.with_trials(evidence, search.signatures, left)
-    beside = replace(search, with_trials=laid)
+    beside = replace(search, with_trials=search.left_in_trials(evidence, left, ()))
     return chance_beside_days(evidence, beside, candidate, added.values, left - fitted.residual)
 
 
