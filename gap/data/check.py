@@ -203,7 +203,8 @@ def _saturated(values: FloatArray) -> Iterator[Sign]:
 def _magnitude(values: FloatArray) -> Iterator[Sign]:
     size = float(np.percentile(np.abs(values), 95))
     noise = spread_of(np.diff(values)) / np.sqrt(2)
-    near = int(np.sum((np.abs(values) < max(3 * noise, 0.02 * size)) & (values != 0.0)))
+    # what only comes near 0, as the current of a motor that always pushes one way, is hardly this near
+    near = int(np.sum((np.abs(values) < max(noise, 0.02 * size)) & (values != 0.0)))
     if near >= NEAR_ZERO_SAMPLES and (values >= 0).all() and size > 0:
         yield (
             "magnitude_only",

@@ -11,7 +11,7 @@ from dataclasses import replace
 from gap.interfaces import DataFault
 
 SPIKES = "spikes"
-MORE = 2.0  # times as many as in references are more than usual
+MORE = 3.0  # times as many as in references are more than usual; twice as many are chance
 ENOUGH = 2  # healthy runs that have nearly as many; one could have the same loose cable
 RunFaults = tuple[DataFault, ...]
 

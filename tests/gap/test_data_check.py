@@ -213,6 +213,22 @@ def test_a_coarse_current_that_turns_slowly_is_neither_saturated_nor_frozen() ->
     assert ("frozen", f"current_{LEGS[0]}_a") in found
 
 
+def test_a_motor_that_always_pushes_one_way_has_lost_no_sign() -> None:
+    """Its current comes near 0 within the noise, and not as near as one whose sign was lost."""
+    trial = healthy()
+    rows, chance = len(trial.time_s), np.random.default_rng(7)
+    sway = np.sin(2 * np.pi * 0.2 * trial.time_s)[:, None]
+    noise = 0.012 * chance.standard_normal((rows, 6))
+    pushing = np.round(np.clip(0.066 + 0.02 * sway + noise, 2 * COUNT_A, None) / COUNT_A) * COUNT_A
+    assert pushing.min() > 0.0
+    assert simulator().check(replace(trial, current_a=pushing)) == ()
+    both_ways = np.round(np.abs(0.066 * sway + noise) / COUNT_A) * COUNT_A
+    found = names(simulator().check(replace(trial, current_a=both_ways)))
+    assert [one for one in found if one[0] == "magnitude_only"] == [
+        ("magnitude_only", f"current_{leg}_a") for leg in LEGS
+    ]
+
+
 @pytest.mark.parametrize(
     ("ahead_s", "ringing", "said"), [(0.2, 0.0, True), (0.2, 0.07, False), (0.5, 0.07, True)]
 )

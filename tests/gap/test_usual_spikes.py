@@ -50,6 +50,7 @@ def test_nothing_else_is_changed() -> None:
     ("shares", "severe"),
     [
         ([0.0107, 0.0077, 0.0023, 0.0007], False),  # how the machine walks with one of two gaits
+        ([0.0120, 0.0057, 0.0050, 0.0010], False),  # 36 lone samples, and 17 in another run like it
         ([0.0107, 0.0023, 0.0023, 0.0007], True),
         ([0.0107, None, None, None], True),
         ([0.0107], True),
