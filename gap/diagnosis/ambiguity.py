@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from gap.constants import CLEAR_ERRORS, HIDDEN_SHARE, VIBRATION_CLEAR
+from gap.constants import CLEAR_ERRORS, HIDDEN_SHARE, STILL_LIKELY, VIBRATION_CLEAR
 from gap.diagnosis.probability import RivalCause
 from gap.residuals.evidence import Evidence
 from gap.rounding import value_words
@@ -40,6 +40,11 @@ class OpenRival(RivalCause):
         return self.behind < CLEAR_ERRORS * self.behind_error and self.behind < ENOUGH_SEPARATION
 
     @property
+    def is_likely(self) -> bool:
+        """Whether the two predict so alike, for all that a simulator gets wrong, that either may be it."""
+        return self.probability >= STILL_LIKELY
+
+    @property
     def why(self) -> str:
         """Why it cannot be ruled out."""
         if self.tells:
@@ -52,6 +57,8 @@ class OpenRival(RivalCause):
         if self.predicts_as_well:
             worse = value_words(self.behind, self.behind_error)
             return f"its held-out log-likelihood is lower by only {worse} nats"
+        if self.is_likely:
+            return f"its probability is still {self.probability:.2f}"
         return (
             f"its held-out log-likelihood is {self.behind:.2g} nats lower, less than "
             f"{HIDDEN_SHARE:.0%} of what all causes leave unexplained"
@@ -85,7 +92,10 @@ def open_rivals(
             for one in own
             if one.vibration_nats < VIBRATION_CLEAR
             and (
-                one.looks_the_same or one.predicts_as_well or one.behind < HIDDEN_SHARE * left_nats
+                one.looks_the_same
+                or one.predicts_as_well
+                or one.is_likely
+                or one.behind < HIDDEN_SHARE * left_nats
             )
         ]
         alike = [one for one in _alike(number, step, own) if _key(one) not in named]

@@ -8,7 +8,6 @@ decides, and what two predictions differ by counts as it does in probabilities.
 from collections.abc import Collection
 from dataclasses import replace
 
-from gap.constants import VIBRATION_CLEAR
 from gap.diagnosis.probability import behind_of, blur_of, vibration_nats_of, weight_of
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import families_of
@@ -53,6 +52,6 @@ def shaken_channels(selection: Selection) -> Collection[str]:
     return {
         name
         for one in chosen
-        if one.effect.shaking and one.shaken >= VIBRATION_CLEAR
+        if one.effect.shaking and one.vibrates
         for name in one.effect.shaking.channels
     }

@@ -80,7 +80,9 @@ def _worst(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | 
     is not exactly of the effect's form leaves a residual, in which chance finds others.
     """
     doubted = {i for i, worse in enumerate(far.worse) if worse} | _adds_little(far)
-    order = sorted(doubted, key=lambda i: (far.last[i], i))
+    # of what vibrates predictions show the mean alone, and they have no say in whether it is there
+    judged = [i for i in doubted if not selection.steps[i].chosen.added.vibrates]
+    order = sorted(judged, key=lambda i: (far.last[i], i))
     return next(
         (i for i in order if not helps_its_stage(comparison, selection.fitted.causes, i)), None
     )

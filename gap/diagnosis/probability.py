@@ -115,7 +115,7 @@ def clear_of_nothing(
     Among all effects of a catalogue, the size of one is some standard errors from neutral by chance: that
     of Sidak for so many (1967, doi:10.1080/01621459.1967.10482935). Of several numbers the one that is
     farthest counts: runs and models scatter all of them alike. Where a joint hunts, one effect alone was
-    tried. A law is there or not, whatever its size.
+    tried, and what vibrates is there by that, whatever its size. A law is there or not, whatever its size.
 
     Args:
         selection: The causes.
@@ -130,7 +130,11 @@ def clear_of_nothing(
         away = [_away(v - p.neutral, p.spread * e) for p, v, e in own if not p.located]
         sized = bool(away) and not effects[cause.effect].law
         far = 1.0 - 2.0 * float(special.ndtr(-max(away))) if sized else 1.0
-        out.append(far if step.chosen.added.hunts else far**families)
+        added = step.chosen.added
+        if added.vibration is not None and added.vibrates:
+            out.append(1.0 - added.vibration.chance)
+        else:
+            out.append(far if added.hunts else far**families)
     return tuple(out)
 
 

@@ -72,11 +72,11 @@ class _Level:
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    """Levels of the channels that would vibrate, and of those that would not."""
+    """Levels of the channels that would vibrate, and of each group of those that would not."""
 
     part: TrialPart
     own: _Level
-    calm: _Level
+    calm: tuple[_Level, ...]
 
 
 def vibration_of(
@@ -119,11 +119,10 @@ def _runs(
     shaking: Shaking, channels: Sequence[Channel], parts: Sequence[TrialPart]
 ) -> tuple[_Run, ...]:
     """Runs in which the channels of an effect were measured."""
+    own = _named(channels, shaking.channels)
+    calm = [_named(channels, names) for names in shaking.calm]
     each = (
-        _Run(
-            part, *(_level(part, _named(channels, one)) for one in (shaking.channels, shaking.calm))
-        )
-        for part in parts
+        _Run(part, _level(part, own), tuple(_level(part, one) for one in calm)) for part in parts
     )
     return tuple(one for one in each if one.own.known)
 
@@ -168,9 +167,11 @@ def _excess(one: _Run, known: Sequence[_Run]) -> float:
     fast = one.own.fast - float(np.mean([other.own.fast for other in known]))
     whole = one.own.whole - float(np.mean([other.own.whole for other in known]))
     excess = fast - max(0.0, whole)
-    calm = one.calm.fast - float(np.mean([other.calm.fast for other in known]))
-    # with a lead of less than half over what should be calm, less and less of it counts
-    return min(excess, 2.0 * (fast - calm)) if math.isfinite(calm) else excess
+    for at, level in enumerate(one.calm):
+        calm = level.fast - float(np.mean([other.calm[at].fast for other in known]))
+        # with a lead of less than half over what should be calm, less and less of it counts
+        excess = min(excess, 2.0 * (fast - calm)) if math.isfinite(calm) else excess
+    return excess
 
 
 def _near(one: _Run, known: Sequence[_Run]) -> tuple[int, list[_Run]]:

@@ -68,6 +68,11 @@ class Candidate:
             return 0.0
         return self.vibration.nats if self.effect.shaking else -self.vibration.nats
 
+    @property
+    def vibrates(self) -> bool:
+        """Whether it surely vibrates in the trials: that it is there, is seen before anything is fitted."""
+        return bool(self.effect.shaking) and self.shaken >= VIBRATION_CLEAR
+
     def cause(self, values: Sequence[float]) -> Cause:
         """Return it as a cause with these values."""
         return Cause(self.effect.name, self.joints, tuple(float(value) for value in values))

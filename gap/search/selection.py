@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from gap.constants import AHEAD_NATS, TRIMMED
+from gap.constants import AHEAD_NATS, TRIMMED, VIBRATES_LEAST
 from gap.interfaces import Cause, Effect
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, families_of, too_small
 from gap.search.cross_validation import advantage, unseen_score
 from gap.search.fit import fit_causes
 from gap.search.law_pairs import law_with_partner
-from gap.search.look import Known, Look, Search, Selection, Step
-from gap.search.options import fit_option, worth
+from gap.search.look import Known, Look, Search, Selection, Step, rank
+from gap.search.options import CAUSE_LEVEL, Option, fit_option, worth
 from gap.search.pairs import best_pair
 from gap.search.replacement import in_its_place, left_out, replaced
 from gap.search.screen import Signatures, gains, make_signatures
@@ -52,6 +52,7 @@ def select(
     look = Look(evidence, known, search)
     fitted = fit_causes(evidence, ())
     selection = Selection(fitted, unseen_score(evidence, fitted), ())
+    selection = _with_vibrating(look, selection, candidates)
     selection, signatures = _forward(look, selection, candidates, signatures, progress)
     other = replaced(look, selection, signatures)
     if other is not selection:
@@ -60,6 +61,42 @@ def select(
     if known is not None:
         return selection  # what is new there is judged for each cause (``gap.search.contained``)
     return widened(look, selection, candidates, signatures, progress)
+
+
+def _with_vibrating(look: Look, selection: Selection, candidates: Sequence[Candidate]) -> Selection:
+    """Begin with a cause that surely vibrates, whatever else there is.
+
+    What it does in the mean may be little, or another in each gait, and help no prediction.
+    """
+
+    def fitted(one: Candidate) -> Option:
+        start = [
+            p.neutral if p.located else min(p.neutral + p.spread, p.upper)
+            for p in one.effect.parameters
+        ]
+        return fit_option(look.evidence, one, (one.cause(start),), selection.unseen)
+
+    for one in candidates if look.known is not None else ():
+        if not one.vibrates or one.effect.shaking is None:
+            continue
+        option = fitted(one)
+        p = look.chance(option)
+        if p >= CAUSE_LEVEL or too_small(option.cause, one.effect, VIBRATES_LEAST):
+            continue
+        steady = (
+            fitted(other)
+            for other in candidates
+            if other.effect.name in one.effect.shaking.steady and other.joints == one.joints
+        )
+        return Selection(
+            option.fitted, option.unseen, (Step(option, tuple(sorted(steady, key=rank)), p),), p
+        )
+    return selection
+
+
+def _seen_before(selection: Selection) -> bool:
+    """Whether all causes so far were seen before any fit."""
+    return all(step.chosen.added.vibrates for step in selection.steps)
 
 
 def widened(
@@ -114,8 +151,8 @@ def _forward(
         if taken is None:
             break
         best, p, others = taken
-        if not selection.steps:
-            selection = replace(selection, p=p)
+        if not selection.steps or _seen_before(selection):
+            selection = replace(selection, p=min(selection.p, p))
         if p >= look.level(selection.fitted):
             break
         share = best.over.nats / max(float(selection.unseen.sum()), 1e-9)
@@ -165,7 +202,8 @@ def _dropped(evidence: Evidence, selection: Selection, count: int) -> Selection:
         loss = advantage(selection.unseen, fewer.unseen, evidence.block_part)
         effect = selection.steps[at].chosen.added.effect
         idle = _idle(effect, selection.fitted.causes[at])
-        if not idle and worth(loss, len(effect.parameters), len(fewer.unseen)):
+        seen = selection.steps[at].chosen.added.vibrates
+        if not idle and (seen or worth(loss, len(effect.parameters), len(fewer.unseen))):
             at += 1
             continue
         selection, count = fewer, count - 1

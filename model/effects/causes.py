@@ -44,12 +44,13 @@ class Shaking:
 
     Attributes:
         channels: Names of the channels that vibrate.
-        calm: Names of channels that vibrate less: what shakes the whole machine shakes both.
+        calm: Names of channels that vibrate less, group by group: what shakes the machine, or its joints,
+            shakes them as well.
         steady: Names of effects that can predict the same and do not vibrate.
     """
 
     channels: tuple[str, ...]
-    calm: tuple[str, ...]
+    calm: tuple[tuple[str, ...], ...]
     steady: tuple[str, ...]
 
 

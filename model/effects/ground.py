@@ -190,7 +190,8 @@ def slide(
         standing: Pose of the body.
         load_n: Loads that press the feet down: the support's, or measured ones, (W, N).
         shaft_give_m_n: How far feet give fore and aft because their shafts do, (W, N).
-        velocity_B: Measured velocity, (W, 3), which drag and inertia resist; None: the one that is found.
+        velocity_B: Measured velocity, (W, 3), which drag and inertia resist, and by which feet grip that
+            grip more the slower they slide; None: the one that is found.
         before: The moment before all frames, if they are not a walk.
     """
     machine, grid, settings = scene.machine, scene.grid, scene.settings
@@ -217,6 +218,10 @@ def slide(
     if settings.has("friction_patch"):
         ratio, x_m = settings.whole("friction_patch")
         mu = mu * (1.0 + (ratio - 1.0) * _beyond(scene, points, x_m))
+    static_ratio, slow_m_s = settings.whole("stiction")
+    if velocity_B is not None and settings.has("stiction"):
+        mu = mu * _grip(foot_slip(points, speed, velocity_B), static_ratio, slow_m_s)
+        static_ratio = 1.0
     force = sideways_force(scene)
     centre = standing.com_m
     moment = centre[0] * force[:, 1] - centre[1] * force[:, 0]
@@ -231,7 +236,7 @@ def slide(
     )
     signals = settings.acted("external", settings.acted("friction", signals))
     coulomb = settings.has("coulomb_friction")
-    law = FootLaw(coulomb, REST_SPEED_M_S, *settings.whole("stiction"))
+    law = FootLaw(coulomb, REST_SPEED_M_S, static_ratio, slow_m_s)
     traction = scene.solve(
         SlidingFeet(
             signals.feet_m, signals.speed_m_s, signals.mu * signals.load_n, signals.anisotropy_B
@@ -246,6 +251,16 @@ def slide(
         motion = settings.acted("dynamics", MotionSignals(grid.time_s, _held(velocity)))
         velocity = np.where(traction.valid[:, None], motion.velocity_B, np.nan)
     return Sliding(traction.force_xy_B, velocity)
+
+
+def _grip(slip_m_s: FloatArray, static_ratio: float, slow_m_s: float) -> FloatArray:
+    """Grip of feet that slide at (W, N, 2), in units of that of fast ones, (W, N).
+
+    A foot that sticks and slips many times a second is seen to creep, and grips in the mean as its law has
+    it at that speed. Where the slip is not seen but found, such a law has several answers, and hops.
+    """
+    more: FloatArray = np.exp(-(slip_m_s**2).sum(axis=2) / slow_m_s**2)
+    return 1.0 + (static_ratio - 1.0) * more
 
 
 def _give(scene: Scene, foot_z_m: FloatArray, shaft_give_m_n: FloatArray | None) -> FloatArray:

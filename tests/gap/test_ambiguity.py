@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
-from gap.diagnosis.probability import blur_of, chances, clear_of_nothing, none_if_nothing, weight_of
+from gap.diagnosis.probability import (
+    RivalCause,
+    blur_of,
+    chances,
+    clear_of_nothing,
+    none_if_nothing,
+    weight_of,
+)
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.residuals.hunting import Hunting
@@ -99,19 +106,43 @@ def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:
 
 
 @pytest.mark.parametrize(
-    ("separation", "behind", "error", "said"),
+    ("separation", "behind", "error", "probability", "said"),
     [
-        (3.2, 900.0, 1.0, "separation 3.2, 22 settles it"),
-        (533.0, 3.0, 2.0, "lower by only 3 +- 2 nats"),
-        (533.0, -372.0, 41.0, "its held-out log-likelihood is higher by 370 +- 40 nats"),
-        (533.0, 38.0, 2.0, "is 38 nats lower, less than 5% of what all causes leave unexplained"),
+        (3.2, 900.0, 1.0, 0.1, "separation 3.2, 22 settles it"),
+        (533.0, 3.0, 2.0, 0.1, "lower by only 3 +- 2 nats"),
+        (533.0, -372.0, 41.0, 0.1, "its held-out log-likelihood is higher by 370 +- 40 nats"),
+        (
+            533.0,
+            38.0,
+            2.0,
+            0.1,
+            "is 38 nats lower, less than 5% of what all causes leave unexplain",
+        ),
+        (533.0, 67.0, 2.0, 0.27, "its probability is still 0.27"),
     ],
 )
 def test_why_a_rival_is_open_is_what_left_it_open(
-    separation: float, behind: float, error: float, said: str
+    separation: float, behind: float, error: float, probability: float, said: str
 ) -> None:
-    one = OpenRival(0, "lag", (), 0.1, behind, error, ("delay", ()), "lag", separation)
+    one = OpenRival(0, "lag", (), probability, behind, error, ("delay", ()), "lag", separation)
     assert said in one.why
+
+
+@pytest.mark.parametrize(("probability", "open_then"), [(0.27, ["tether"]), (0.1, [])])
+def test_what_is_still_likely_is_open_however_much_worse_it_predicts(
+    probability: float, open_then: list[str]
+) -> None:
+    """A percent of a large gain: the simulator may be as wrong as that about either."""
+    true = [Cause("delay", (), (0.05,))]
+    evidence, _ = evidences(Toy(), [toy_trial(true, 0.05, "trot", seconds=30.0, seed=1)], [])
+    standing = np.full(len(evidence.starts), 1e9)
+    delay, tether = (
+        fit_option(evidence, one, (one.cause((0.02,)),), standing)
+        for one in (Candidate(BY_NAME[name], ()) for name in ("delay", "tether"))
+    )
+    chosen = Selection(delay.fitted, delay.unseen, (Step(delay, (tether,)),))
+    rival = RivalCause(0, "tether", (), probability, 90.0, 1.0, ("delay", ()), "tether")
+    assert [one.effect for one in open_rivals(evidence, chosen, [[rival]], 0.0)] == open_then
 
 
 def test_an_alternative_a_few_percent_of_the_gain_behind_is_not_ruled_out() -> None:

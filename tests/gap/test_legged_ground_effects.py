@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from gap.interfaces import Cause, Drive
-from model.effects.grid import make_grid, place
+from model.effects.grid import body_velocity, make_grid, place
+from model.effects.ground import foot_slip
 from model.effects.settings import settings_of
 from model.effects.shafts import feet
 from model.kinematics.legs import leg_kinematics
@@ -259,6 +260,27 @@ def test_a_resting_foot_grips_more_with_stiction(drive: Drive) -> None:
     share = (pull / np.maximum(MU * load, 1e-9))[load > 5]
     assert 1.1 < share.max() <= 1.4 + 1e-6
     assert share.max() > 1.05 > np.median(share)
+
+
+def test_a_foot_grips_by_the_speed_at_which_it_was_seen_to_slide() -> None:
+    """Not by the one that balances: feet that stick and slip many times a second are seen to creep."""
+    trial = walk("metachronal", 0.2, 6.0, [COULOMB])
+    got = Prediction(trial, [COULOMB, cause("stiction", 1.4, 0.01)], Drive.MEASURED)
+    grid = make_grid(trial.time_s)
+    seen = np.column_stack([trial.body_position_m[:, :2], trial.body_angles_rad[:, 2]])
+    velocity = body_velocity(grid, place(grid, trial.time_s, seen))
+    none = settings_of([], machine().names, machine().size)
+    walked = feet(machine(), grid, place(grid, trial.time_s, trial.shaft_rad), none)
+    slip = foot_slip(walked.signals.position_m, walked.rate_m_s, velocity)[::2]
+    grip = 1.0 + 0.4 * np.exp(-(slip**2).sum(axis=2) / 0.01**2)
+    load = Prediction(trial, [COULOMB], Drive.MEASURED)["force_z"]
+    share = np.linalg.norm(got.force[..., :2], axis=2) / np.maximum(MU * load, 1e-9)
+    # not where loads change within the frames over which readings are averaged
+    steady = np.abs(np.gradient(load, axis=0)) < 0.2
+    for on in (steady & (load > 5.0) & (grip < 1.01), steady & (load > 5.0) & (grip > 1.35)):
+        assert on.sum() > 30
+        assert (share[on] <= grip[on] + 0.03).all()
+        assert np.quantile(share[on] / grip[on], 0.9) > 0.97
 
 
 @BOTH

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gap.constants import VIBRATION_CLEAR
+from gap.constants import MEAN_DIFFERS, VIBRATION_CLEAR
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis, Verdict
@@ -18,7 +18,7 @@ from model.effects.causes import Shaking
 from robot.gap_report.summary import summary_lines
 from tests.gap.toy import CHATTER, EFFECTS, SPEED_GAIN, Toy, toy_case, toy_references
 
-SHAKING = Shaking(("side",), ("load",), ())
+SHAKING = Shaking(("side",), (("load",),), ())
 CHANNELS = (Channel("side", "a", "", "N"), Channel("load", "a", "", "N"))
 TOY = Toy((*EFFECTS, SPEED_GAIN, CHATTER))
 
@@ -132,3 +132,38 @@ def test_a_healthy_machine_has_no_gap_for_all_that() -> None:
 
 def test_vibration_alone_is_nothing_that_the_effect_explains() -> None:
     assert not answer(3.0, size=1.0).causes
+
+
+def test_what_surely_vibrates_is_surer_than_what_it_does_in_the_mean_and_its_size_is_rough() -> (
+    None
+):
+    (steady,), (one,) = (answer(shaking, 1.02, references=3).causes for shaking in (0.0, 3.0))
+    assert (steady.effect, one.effect) == ("speed_gain", "chatter")
+    assert one.p < 0.1 * steady.p
+    assert one.probability > 0.8
+    # what a mean tells of a law is little, however well the mean is known
+    assert steady.values[0].error < 0.02
+    assert one.values[0].error >= 0.1 * MEAN_DIFFERS
+
+
+def test_what_shakes_the_joints_is_not_held_for_feet_that_stick_and_slip() -> None:
+    """Steps that a servo misses shake the forces as well."""
+    channels = (*CHANNELS, Channel("shaft_error", "a", "", "rad"))
+    shaking = replace(SHAKING, calm=(("load",), ("shaft_error",)))
+
+    def with_shaft(part: TrialPart, shaft: float) -> TrialPart:
+        rng, seen = np.random.default_rng(part.trial), part.observation
+        more = shaft * rng.standard_normal(len(seen.time_s))
+        values = np.column_stack([seen.values, more])
+        wide = np.ones(values.shape)
+        return replace(part, observation=replace(seen, values=values, noise=wide, weight=wide))
+
+    references = [with_shaft(one, 0.01) for one in REFERENCES]
+    still, shaken = (
+        vibration_of(shaking, channels, [with_shaft(run(10, side=0.3), shaft)], references)
+        for shaft in (0.01, 0.05)
+    )
+    assert still is not None
+    assert shaken is not None
+    assert still.nats > VIBRATION_CLEAR
+    assert shaken.nats < 0.0

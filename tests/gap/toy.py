@@ -56,7 +56,7 @@ EFFECTS = (
 SPEED_GAIN = toy_effect("speed_gain", "sensing", Scope.ALL, number("ratio", 0.1, 1.0, 0.1))
 # what no run without a look at its vibration tells from it
 CHATTER = replace(
-    SPEED_GAIN, name="chatter", shaking=Shaking(("speed",), ("force",), ("speed_gain",))
+    SPEED_GAIN, name="chatter", shaking=Shaking(("speed",), (("force",),), ("speed_gain",))
 )
 BUMP = toy_effect(
     "bump", "press", Scope.JOINT, number("height_n", 0.3),

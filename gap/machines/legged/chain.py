@@ -117,7 +117,8 @@ class LeggedChain:
         measured = drive is Drive.MEASURED
         world = self._measured_world(known) if measured else None
         velocity = None
-        if world is not None and resists_motion(settings):
+        resists = resists_motion(settings)
+        if world is not None and (resists or settings.has("stiction")):
             velocity = self._velocity(known.grid, world)
         place = np.tile(known.start_pose, (known.grid.frames, 1)) if world is None else world
         force = known.force_n if measured else np.zeros_like(known.force_n)
@@ -132,7 +133,7 @@ class LeggedChain:
             flanks = self._flanks(known, plain, drive, near, force if felt else None)
         elif settings.has(*PLAYS):  # measured shafts have the play in them: feet on them stand
             flanks = self._flanks(known, plain, Drive.COMMAND, None, None)
-        start = PassStart(force, flanks, place, velocity, velocity)
+        start = PassStart(force, flanks, place, velocity, velocity if resists else None)
         walk = self._pass(known, settings, drive, start, near)
         if not _acts_back(settings, drive, world is None):
             return walk

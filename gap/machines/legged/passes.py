@@ -44,7 +44,7 @@ class PassStart:
         force_n: Forces on the feet that act about the shafts, (W, N, 3).
         flanks: What decides against which flank a shaft with play lies; the forces if None.
         world: Place of the body, x, y [m], yaw [rad], (W, 3).
-        velocity_B: Measured velocity of the body, (W, 3); None where it is solved for.
+        velocity_B: Measured velocity of the body, (W, 3), where an effect looks at it; else None.
         moving_B: Velocity that drag and inertia shift loads by, (W, 3); None where it is not known yet.
     """
 
