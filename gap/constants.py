@@ -120,7 +120,7 @@ VIBRATION_CLEAR = Constant(
 )
 VIBRATES_LEAST = Constant(
     0.1,
-    "spreads that an effect which surely vibrates must have in the mean to be named for that alone",
+    "smallest size, in spreads, at which a cause that surely vibrates is named",
     "by hand: of eight cases with stiction whose feet surely vibrate (labels open) the least had 0.17",
 )
 HUNTS_BY = Constant(
@@ -311,8 +311,8 @@ SENSOR_GAIN = Constant(0.01, "the same of a delay or gain of a sensor", DEVELOPM
 # how sure
 MEAN_DIFFERS = Constant(
     1.0,
-    "spreads by which a size may be off that is what feet that stick and slip many times a second grip "
-    "more in the mean, added in squares",
+    "spreads that are added to the +- of the static friction of feet that stick and slip (in squares): "
+    "their mean grip tells little of it",
     "on twelve cases with stiction (labels open) it was off by 0 to 0.56, a spread being 0.3",
 )
 FORCES_DIFFER = Constant(

@@ -12,14 +12,14 @@ from gap.interfaces import DataFault
 
 SPIKES = "spikes"
 MORE = 3.0  # times as many as in references are more than usual; twice as many are chance
-ENOUGH = 2  # healthy runs that have nearly as many; one could have the same loose cable
+ENOUGH = 2  # healthy runs that have so many; one could have the same loose cable
 RunFaults = tuple[DataFault, ...]
 
 
 def without_usual_spikes(
     trials: Sequence[RunFaults], references: Sequence[RunFaults]
 ) -> tuple[RunFaults, ...]:
-    """Return the faults of all runs; lone samples are not severe where two references have nearly as many.
+    """Return the faults of all runs; lone samples are not severe where two references have a third as many.
 
     Args:
         trials: Faults of each trial.
@@ -46,7 +46,7 @@ def _milder(fault: DataFault, others: Sequence[RunFaults], enough: int) -> DataF
     most = sorted((_share(faults, fault.channel) for faults in others), reverse=True)
     if fault.share > MORE * most[min(enough, len(most)) - 1]:
         return fault
-    evidence = f"{fault.evidence}; references have nearly as many"
+    evidence = f"{fault.evidence}; references have a third as many or more"
     return replace(fault, evidence=evidence, severe=False)
 
 

@@ -41,8 +41,14 @@ class OpenRival(RivalCause):
 
     @property
     def is_likely(self) -> bool:
-        """Whether the two predict so alike, for all that a simulator gets wrong, that either may be it."""
+        """Whether its probability is still that of an open alternative."""
         return self.probability >= STILL_LIKELY
+
+    @property
+    def only_likely(self) -> bool:
+        """Whether nothing but its probability leaves it open: the two are distinguished, but not surely."""
+        alike = self.tells or self.looks_the_same or self.predicts_as_well or self.behind < 0.0
+        return self.is_likely and not alike
 
     @property
     def why(self) -> str:

@@ -44,7 +44,7 @@ from gap.search.cross_validation import unseen_residual
 from gap.search.look import Selection
 from gap.search.options import closed_beyond, nats_beyond
 from gap.search.selection import BY_ITSELF, WHOLE_SEARCH, closed_share, select
-from gap.search.standard_errors import standard_errors
+from gap.search.standard_errors import standard_errors, with_rough_means
 from record.trial.trial import Trial
 
 Progress = Callable[[str, float], None]
@@ -186,7 +186,8 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
     shared = chances(selection, evidence.block_part, none, fit.nats_after, clear)
     none = none_if_nothing(none, clear)
     ambiguous = open_rivals(evidence, selection, [own for _, own in shared], fit.nats_after)
-    named = named_causes(selection, [one for one, _ in shared], far, trends, errors, clear)
+    reported = with_rough_means(evidence.effects, selection.fitted.causes, errors)
+    named = named_causes(selection, [one for one, _ in shared], far, trends, reported, clear)
     # with references a small gap's share is lost in their scatter, and they judge what is left instead
     mostly = bool(comparison.study.references) or not far.shrink < MOSTLY
     return _Answer(

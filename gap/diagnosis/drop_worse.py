@@ -80,8 +80,8 @@ def _worst(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | 
     is not exactly of the effect's form leaves a residual, in which chance finds others.
     """
     doubted = {i for i, worse in enumerate(far.worse) if worse} | _adds_little(far)
-    # of what vibrates predictions show the mean alone, and they have no say in whether it is there
-    judged = [i for i in doubted if not selection.steps[i].chosen.added.vibrates]
+    # of what surely vibrates predictions show the mean alone, which may add next to nothing
+    judged = {i for i in doubted if far.worse[i] or not selection.steps[i].chosen.added.vibrates}
     order = sorted(judged, key=lambda i: (far.last[i], i))
     return next(
         (i for i in order if not helps_its_stage(comparison, selection.fitted.causes, i)), None

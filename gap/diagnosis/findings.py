@@ -70,7 +70,8 @@ class NamedCause:
         last: What it adds to the others.
         remedy: What to check or change.
         trend: How its size changes in the course of a run.
-        clear: Probability that its size is not one of nothing, as far as it is from neutral.
+        clear: Probability that its size is not one of nothing, as far as it is from neutral; of one that
+            surely vibrates, that its vibration is not one of nothing.
         vibration: What vibrates, if that tells it from another effect; None otherwise.
         p: Its chance in a healthy machine, among all causes that were tried; 0 without references.
     """

@@ -115,7 +115,8 @@ def clear_of_nothing(
     Among all effects of a catalogue, the size of one is some standard errors from neutral by chance: that
     of Sidak for so many (1967, doi:10.1080/01621459.1967.10482935). Of several numbers the one that is
     farthest counts: runs and models scatter all of them alike. Where a joint hunts, one effect alone was
-    tried, and what vibrates is there by that, whatever its size. A law is there or not, whatever its size.
+    tried. A cause that surely vibrates is judged by its vibration, and a law is there or not, whatever its
+    size.
 
     Args:
         selection: The causes.

@@ -4,7 +4,7 @@ Feet that stick and slip in turn, many times a second, push in the mean as feet 
 quasi-static simulator predicts that mean alone; only what shakes about it tells the two apart. So the power
 of the fastest part of the measured channels, as it is and not compared with a prediction, is held against
 that of references of the same gait and frequency. Forces that are larger as a whole vibrate more as well,
-and what shakes the whole machine shakes its loads: that much does not count.
+and what shakes the whole machine shakes its loads, or its shafts: that much does not count.
 """
 
 import math

@@ -70,7 +70,7 @@ class Candidate:
 
     @property
     def vibrates(self) -> bool:
-        """Whether it surely vibrates in the trials: that it is there, is seen before anything is fitted."""
+        """Whether it surely vibrates in the trials, as is seen before anything is fitted."""
         return bool(self.effect.shaking) and self.shaken >= VIBRATION_CLEAR
 
     def cause(self, values: Sequence[float]) -> Cause:

@@ -64,8 +64,8 @@ class Selection:
         fitted: All of them together.
         unseen: Score of each block without its fold, (B,).
         steps: One a cause, in the order of ``fitted.causes``.
-        p: Chance that a healthy machine shows any candidate as large as the best of the first step; 1 if
-            there was none.
+        p: Chance that a healthy machine shows any candidate as large as the best of the first step (or of
+            the first after what vibrates, if that is less, for two looks); 1 if there was none.
     """
 
     fitted: Fitted

@@ -36,7 +36,7 @@ def replaced(look: Look, selection: Selection, signatures: Signatures) -> Select
         signatures: Of every candidate.
     """
     for at in range(len(selection.steps) if len(selection.steps) > 1 else 0):
-        if not selection.steps[at].chosen.added.vibrates:  # it was seen, and not chosen
+        if not selection.steps[at].chosen.added.vibrates:  # vibration named it, not the fit
             selection = _better_at(look, selection, signatures, at)
     return selection
 

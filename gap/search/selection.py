@@ -151,8 +151,10 @@ def _forward(
         if taken is None:
             break
         best, p, others = taken
-        if not selection.steps or _seen_before(selection):
-            selection = replace(selection, p=min(selection.p, p))
+        if not selection.steps:
+            selection = replace(selection, p=p)
+        elif _seen_before(selection):  # a second look
+            selection = replace(selection, p=min(selection.p, 2.0 * p))
         if p >= look.level(selection.fitted):
             break
         share = best.over.nats / max(float(selection.unseen.sum()), 1e-9)
@@ -201,8 +203,9 @@ def _dropped(evidence: Evidence, selection: Selection, count: int) -> Selection:
         fewer = left_out(evidence, selection, {at})
         loss = advantage(selection.unseen, fewer.unseen, evidence.block_part)
         effect = selection.steps[at].chosen.added.effect
-        idle = _idle(effect, selection.fitted.causes[at])
         seen = selection.steps[at].chosen.added.vibrates
+        least: float = VIBRATES_LEAST if seen else 0.0
+        idle = _idle(effect, selection.fitted.causes[at], least)
         if not idle and (seen or worth(loss, len(effect.parameters), len(fewer.unseen))):
             at += 1
             continue
@@ -210,13 +213,17 @@ def _dropped(evidence: Evidence, selection: Selection, count: int) -> Selection:
     return selection
 
 
-def _idle(effect: Effect, cause: Cause) -> bool:
+def _idle(effect: Effect, cause: Cause, least_size: float = 0.0) -> bool:
     """Whether a cause was fitted to where it does nothing, or next to nothing; a law never is."""
     nothing = all(
         abs(value - p.neutral) < IDLE * p.spread
         for p, value in zip(effect.parameters, cause.values, strict=True)
     )
-    return bool(effect.parameters) and not effect.law and (nothing or too_small(cause, effect))
+    return (
+        bool(effect.parameters)
+        and not effect.law
+        and (nothing or too_small(cause, effect, least_size))
+    )
 
 
 def closed_share(evidence: Evidence, residual: FloatArray) -> float:

@@ -17,13 +17,15 @@ the trials is the healthy machine's. How large a part is not known, so it is add
 None of them shows that the machine follows other laws than the simulator: runs agree on a number that is
 off in all of them. By how much that happens was measured on virtual robots of other structure than the
 simulator's; such a share of the cause's size is added (in squares). What feet grip in the mean while they
-stick and slip faster than frames tells their law of friction only roughly.
+stick and slip faster than frames tells their law of friction only roughly; what is reported has that, too.
 """
+
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from gap.constants import FORCES_DIFFER, MEAN_DIFFERS, MODELS_DIFFER, PLACES_DIFFER
-from gap.interfaces import Cause
+from gap.interfaces import Cause, Effect
 from gap.residuals.evidence import Evidence
 from gap.search.cross_validation import steps_without
 from gap.search.fit import Fitted
@@ -53,6 +55,17 @@ def standard_errors(evidence: Evidence, healthy: Evidence | None, fitted: Fitted
     return np.asarray(np.sqrt(measured**2 + usual**2 + _of_the_model(evidence, fitted) ** 2))
 
 
+def with_rough_means(
+    effects: Mapping[str, Effect], causes: Sequence[Cause], errors: FloatArray
+) -> FloatArray:
+    """Return standard errors of all parameters, (P,), for a report: what a mean tells of a law is little.
+
+    How sure it is that there is such a cause is another question, and not answered by these.
+    """
+    rough = [float(bool(effects[one.effect].shaking)) for one in causes for _ in one.values]
+    return np.asarray(np.hypot(errors, MEAN_DIFFERS * np.array(rough)))
+
+
 def _of_the_model(evidence: Evidence, fitted: Fitted) -> FloatArray:
     """How far numbers are off because the simulator's laws are not quite the machine's, in spreads."""
     errors, at = [], 0
@@ -63,8 +76,7 @@ def _of_the_model(evidence: Evidence, fitted: Fitted) -> FloatArray:
         located = np.array([one.located for one in effect.parameters], dtype=bool)
         share = FORCES_DIFFER if effect.by_forces else MODELS_DIFFER
         size = np.abs(away) if effect.each else np.linalg.norm(away[~located])
-        own = np.hypot(share * size, MEAN_DIFFERS) if effect.shaking else share * size
-        errors.append(np.where(located, PLACES_DIFFER, own))
+        errors.append(np.where(located, PLACES_DIFFER, share * size))
     return np.concatenate(errors)
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from model.effects.grid import FOOT_WINDOW_S
+from model.effects.grid import FOOT_WINDOW_S, TWIST_WINDOW_S
 from model.effects.machine import LeggedMachine
 from model.effects.pushes import (
     Before,
@@ -190,8 +190,8 @@ def slide(
         standing: Pose of the body.
         load_n: Loads that press the feet down: the support's, or measured ones, (W, N).
         shaft_give_m_n: How far feet give fore and aft because their shafts do, (W, N).
-        velocity_B: Measured velocity, (W, 3), which drag and inertia resist, and by which feet grip that
-            grip more the slower they slide; None: the one that is found.
+        velocity_B: Measured velocity, (W, 3), which drag and inertia resist, and which sets the grip of
+            feet with stiction; None: the one that is found.
         before: The moment before all frames, if they are not a walk.
     """
     machine, grid, settings = scene.machine, scene.grid, scene.settings
@@ -220,7 +220,8 @@ def slide(
         mu = mu * (1.0 + (ratio - 1.0) * _beyond(scene, points, x_m))
     static_ratio, slow_m_s = settings.whole("stiction")
     if velocity_B is not None and settings.has("stiction"):
-        mu = mu * _grip(foot_slip(points, speed, velocity_B), static_ratio, slow_m_s)
+        seen = _below_origin(scene, standing, velocity_B)
+        mu = mu * _grip(foot_slip(points, speed, seen), static_ratio, slow_m_s)
         static_ratio = 1.0
     force = sideways_force(scene)
     centre = standing.com_m
@@ -251,6 +252,19 @@ def slide(
         motion = settings.acted("dynamics", MotionSignals(grid.time_s, _held(velocity)))
         velocity = np.where(traction.valid[:, None], motion.velocity_B, np.nan)
     return Sliding(traction.force_xy_B, velocity)
+
+
+def _below_origin(
+    scene: Scene,
+    standing: Standing,
+    velocity_B: FloatArray,  # noqa: N803
+) -> FloatArray:
+    """Velocity of the point on the ground below the body's origin, (W, 3), from that of the origin."""
+    if scene.grid.is_moment:  # too short to tell
+        return velocity_B
+    below = velocity_B.copy()
+    below[:, :2] -= scene.grid.slope(standing.sway_m, TWIST_WINDOW_S)
+    return below
 
 
 def _grip(slip_m_s: FloatArray, static_ratio: float, slow_m_s: float) -> FloatArray:

@@ -173,7 +173,11 @@ def _causes(d: Diagnosis) -> list[str]:
         lines += [f"     {one.vibration.words}"] if one.vibration else []
     for rival in d.ambiguous:
         place = place_words(rival.effect, rival.joints)
-        lines.append(f"  indistinguishable from {place_words(*rival.of)}: {place} ({rival.why})")
+        named = place_words(*rival.of)
+        alike = f"  indistinguishable from {named}: {place} ({rival.why})"
+        lines.append(
+            f"  or {place} instead of {named} ({rival.why})" if rival.only_likely else alike
+        )
     lines.append(f"  none of the catalogue: probability {d.none:.2f}")
     return lines
 

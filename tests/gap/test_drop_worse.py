@@ -1,5 +1,6 @@
 """Which causes held-out runs may drop, and which they may not."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -14,17 +15,19 @@ from gap.diagnosis.how_far import HowFar, how_far
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
+from gap.residuals.vibration import ChannelVibration
 from gap.search.candidates import Candidate
 from gap.search.cross_validation import Advantage, unseen_score
 from gap.search.fit import fit_causes
 from gap.search.look import Selection, Step
 from gap.search.options import fit_option, worth
-from tests.gap.toy import EFFECTS, Toy, toy_case, toy_references
+from tests.gap.toy import CHATTER, EFFECTS, SPEED_GAIN, Toy, toy_case, toy_references
 
 
 def selected(comparison: GapEvidence, causes: list[Cause]) -> Selection:
     """Causes as if the search had taken them."""
-    evidence, effects = comparison.evidence, {one.name: one for one in EFFECTS}
+    evidence = comparison.evidence
+    effects = evidence.effects
     fitted = fit_causes(evidence, ())
     selection = Selection(fitted, unseen_score(evidence, fitted), ())
     for one in causes:
@@ -97,6 +100,27 @@ def test_with_references_what_adds_nothing_stays_only_if_it_clearly_helps_its_st
     monkeypatch.setattr(drop_module, "how_far", all_idle)
     left, _ = drop_worse(comparison, selected(comparison, [true, made_up]), 0)
     assert [one.effect for one in left.fitted.causes] == ["stiffness"]
+
+
+@pytest.mark.parametrize(("judge", "stays"), [(all_idle, True), (all_worse, False)])
+def test_what_surely_vibrates_may_add_nothing_but_not_make_it_worse(
+    judge: Callable[[Evidence, tuple[Cause, ...], int], HowFar], stays: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """What feet that stick and slip grip in the mean may be another in each gait."""
+    true, shaking = Cause("stiffness", ("c",), (0.8,)), Cause("chatter", (), (1.01,))
+    toy = Toy((*EFFECTS, SPEED_GAIN, CHATTER))
+    study = make_study(toy_case([true], 3), toy, toy_references(3))
+    comparison = compare(study, lambda _: None)
+    selection = selected(comparison, [true, shaking])
+    calm, step = selection.steps
+    seen = replace(step.chosen.added, vibration=ChannelVibration(("speed",), 2.0, 7.0, 1e-4))
+    assert seen.vibrates
+    steps = (calm, replace(step, chosen=replace(step.chosen, added=seen)))
+    monkeypatch.setattr(drop_module, "how_far", judge)
+    for one, named in ((selection, False), (replace(selection, steps=steps), stays)):
+        left, _ = drop_worse(comparison, one, 0)
+        assert ("chatter" in {cause.effect for cause in left.fitted.causes}) == named
 
 
 def test_without_references_what_adds_nothing_to_the_whole_stays_if_it_clearly_helps_its_stage(

@@ -1,7 +1,7 @@
 """What takes a named cause's place: all rounds of a fit for what may be better, one for the rest."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pytest
 
@@ -10,6 +10,7 @@ from gap.diagnosis.study import Study
 from gap.interfaces import Cause, Drive, Effect, Scope
 from gap.residuals.parts import whole_parts
 from gap.residuals.predictions import Predictor
+from gap.residuals.vibration import ChannelVibration
 from gap.search.candidates import Candidate, candidates_of
 from gap.search.cross_validation import unseen_score
 from gap.search.fit import fit_causes
@@ -18,6 +19,7 @@ from gap.search.options import Option, fit_option
 from gap.search.replacement import FEW_ROUNDS, replaced
 from gap.search.screen import make_signatures
 from gap.search.selection import widened
+from model.effects.causes import Shaking
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 from tests.gap.toy import EFFECTS, Toy, toy_effect, toy_trial
@@ -58,6 +60,17 @@ def test_what_is_hopeless_gets_one_round(monkeypatch: pytest.MonkeyPatch) -> Non
     assert asked[:2] == [("lag", 1), ("lag", FEW_ROUNDS - 1)]
     assert len(asked) > 2
     assert all(name not in {"lag", "delay"} and rounds == 1 for name, rounds in asked[2:])
+    late, stiff = selection.steps
+    shaken = replace(
+        late.chosen.added,
+        effect=replace(late.chosen.added.effect, shaking=Shaking(("angle",), (), ())),
+        vibration=ChannelVibration(("angle",), 2.0, 7.0, 1e-4),
+    )
+    asked.clear()
+    seen = (replace(late, chosen=replace(late.chosen, added=shaken)), stiff)
+    replaced(Look(evidence, None, Search()), replace(selection, steps=seen), signatures)
+    assert asked, "another in the place of the stiffness is looked for"
+    assert "lag" not in {name for name, _ in asked}, "what vibrates was not chosen by its fit"
 
 
 @dataclass(eq=False)

@@ -9,7 +9,7 @@ import pytest
 import gap.search.look as look_module
 import gap.search.options as options_module
 import gap.search.selection as selection_module
-from gap.constants import OPEN_LEVEL
+from gap.constants import OPEN_LEVEL, VIBRATES_LEAST
 from gap.diagnosis.commissioning import standing_of
 from gap.diagnosis.study import Study
 from gap.interfaces import Cause, Simulator, reach_of
@@ -284,3 +284,10 @@ def test_a_cause_that_is_fitted_to_nothing_is_idle() -> None:
     assert idle(effects["stiffness"], cause("stiffness", 1.0, legs=("a",)))
     assert not idle(effects["lag"], cause("lag", 1e-4))
     assert not idle(effects["square_law"], cause("square_law"))  # a law is all or nothing
+
+
+def test_what_vibrates_is_idle_where_it_does_next_to_nothing_in_the_mean() -> None:
+    lag = next(effect for effect in EFFECTS if effect.name == "lag")  # of a spread of 0.03
+    idle = selection_module._idle
+    assert idle(lag, cause("lag", 0.0029), VIBRATES_LEAST)
+    assert not idle(lag, cause("lag", 0.0031), VIBRATES_LEAST)

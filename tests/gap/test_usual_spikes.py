@@ -36,7 +36,7 @@ def test_it_is_severe_only_where_references_have_far_less(
     references = [(fault(share),) if share else () for share in shares]
     (only,), *_ = without_usual_spikes([(fault(0.0103),)], references)
     assert only.severe == severe
-    assert only.evidence.endswith("nearly as many") != severe
+    assert only.evidence.endswith("a third as many or more") != severe
 
 
 def test_nothing_else_is_changed() -> None:

@@ -10,6 +10,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
+from gap.data.columns import runs
 from gap.interfaces import Drive
 from gap.machines.legged.inputs import LeggedInputs
 from gap.machines.legged.passes import Flanks, PassStart, settled
@@ -25,7 +26,7 @@ from model.effects.gear_play import (
     in_play,
     strut_of,
 )
-from model.effects.grid import Grid, body_velocity
+from model.effects.grid import LONGEST_HOLE_S, Grid, body_velocity
 from model.effects.ground import Sliding, Standing, foot_slip, slide, stand, stands_on
 from model.effects.machine import LeggedMachine
 from model.effects.pushes import Scene, change_of, resists_motion
@@ -118,7 +119,8 @@ class LeggedChain:
         world = self._measured_world(known) if measured else None
         velocity = None
         resists = resists_motion(settings)
-        if world is not None and (resists or settings.has("stiction")):
+        slips = settings.has("stiction") and _always_seen(known)
+        if world is not None and (resists or slips):
             velocity = self._velocity(known.grid, world)
         place = np.tile(known.start_pose, (known.grid.frames, 1)) if world is None else world
         force = known.force_n if measured else np.zeros_like(known.force_n)
@@ -322,6 +324,13 @@ def _acts_back(settings: Settings, drive: Drive, place_unknown: bool) -> bool:
     loads = settings.has(*GIVES) or bool(settings.at("actuation"))
     places = resists_motion(settings) or settings.has(*BOUND_TO_PLACES)
     return (loads and drive is Drive.COMMAND) or (places and place_unknown)
+
+
+def _always_seen(known: LeggedInputs) -> bool:
+    """Whether the body's pose was measured in all frames but a few lone ones."""
+    missing = ~np.isfinite(known.body_m[:, :2]).all(axis=1) | ~np.isfinite(known.body_rad[:, 2])
+    longest = max((last - first for first, last in runs(missing).tolist()), default=0)
+    return longest * known.grid.period_s <= LONGEST_HOLE_S
 
 
 def _measured_world(known: LeggedInputs) -> FloatArray | None:
