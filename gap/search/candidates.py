@@ -109,17 +109,13 @@ def with_vibrations(
     Where something surely vibrates, other forms of its cause, which frames would show, are left out: how
     well they follow what is faster than frames is chance.
     """
-    both, sure = dict(vibrations), set()
+    both = dict(vibrations)
     for one in candidates:
         if one.effect.shaking and (vibration := vibrations.get(one.effect.name)):
             both |= dict.fromkeys(one.effect.shaking.steady, vibration)
-            if vibration.nats >= VIBRATION_CLEAR:
-                sure.add(one.effect.family)
-    return tuple(
-        replace(one, vibration=both.get(one.effect.name))
-        for one in candidates
-        if one.effect.shaking or one.effect.family not in sure
-    )
+    listed = [replace(one, vibration=both.get(one.effect.name)) for one in candidates]
+    sure = {one.effect.family for one in listed if one.vibrates}
+    return tuple(one for one in listed if one.effect.shaking or one.effect.family not in sure)
 
 
 def at_hunting(

@@ -200,13 +200,15 @@ def _dropped(evidence: Evidence, selection: Selection, count: int) -> Selection:
     """Drop causes that others have made idle, of the first so many."""
     at = 0
     while len(selection.steps) > 1 and at < count:
+        added = selection.steps[at].chosen.added
+        least: float = VIBRATES_LEAST if added.vibrates else 0.0
+        idle = _idle(added.effect, selection.fitted.causes[at], least)
+        if added.vibrates and not idle:  # whatever it gains
+            at += 1
+            continue
         fewer = left_out(evidence, selection, {at})
         loss = advantage(selection.unseen, fewer.unseen, evidence.block_part)
-        effect = selection.steps[at].chosen.added.effect
-        seen = selection.steps[at].chosen.added.vibrates
-        least: float = VIBRATES_LEAST if seen else 0.0
-        idle = _idle(effect, selection.fitted.causes[at], least)
-        if not idle and (seen or worth(loss, len(effect.parameters), len(fewer.unseen))):
+        if not idle and worth(loss, len(added.effect.parameters), len(fewer.unseen)):
             at += 1
             continue
         selection, count = fewer, count - 1

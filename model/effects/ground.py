@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from model.effects.grid import FOOT_WINDOW_S, TWIST_WINDOW_S
+from model.effects.grid import FOOT_WINDOW_S
 from model.effects.machine import LeggedMachine
 from model.effects.pushes import (
     Before,
@@ -13,6 +13,7 @@ from model.effects.pushes import (
     resistance,
     resists_motion,
     sideways_force,
+    sway_velocity,
     weight_and_centre,
 )
 from model.effects.settings import Settings
@@ -220,8 +221,8 @@ def slide(
         mu = mu * (1.0 + (ratio - 1.0) * _beyond(scene, points, x_m))
     static_ratio, slow_m_s = settings.whole("stiction")
     if velocity_B is not None and settings.has("stiction"):
-        seen = _below_origin(scene, standing, velocity_B)
-        mu = mu * _grip(foot_slip(points, speed, seen), static_ratio, slow_m_s)
+        below = velocity_B - sway_velocity(scene, standing.sway_m)
+        mu = mu * _grip(foot_slip(points, speed, below), static_ratio, slow_m_s)
         static_ratio = 1.0
     force = sideways_force(scene)
     centre = standing.com_m
@@ -252,19 +253,6 @@ def slide(
         motion = settings.acted("dynamics", MotionSignals(grid.time_s, _held(velocity)))
         velocity = np.where(traction.valid[:, None], motion.velocity_B, np.nan)
     return Sliding(traction.force_xy_B, velocity)
-
-
-def _below_origin(
-    scene: Scene,
-    standing: Standing,
-    velocity_B: FloatArray,  # noqa: N803
-) -> FloatArray:
-    """Velocity of the point on the ground below the body's origin, (W, 3), from that of the origin."""
-    if scene.grid.is_moment:  # too short to tell
-        return velocity_B
-    below = velocity_B.copy()
-    below[:, :2] -= scene.grid.slope(standing.sway_m, TWIST_WINDOW_S)
-    return below
 
 
 def _grip(slip_m_s: FloatArray, static_ratio: float, slow_m_s: float) -> FloatArray:

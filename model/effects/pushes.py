@@ -116,6 +116,14 @@ def resistance(scene: Scene, velocity_B: FloatArray, *, smoothed: bool) -> Float
     return wrench
 
 
+def sway_velocity(scene: Scene, sway_m: FloatArray) -> FloatArray:
+    """Velocity of the body's origin against the point on the ground below it, by its sway, (W, 3)."""
+    aside = np.zeros((len(sway_m), 3))
+    if not scene.grid.is_moment:  # too short to tell
+        aside[:, :2] = scene.grid.slope(sway_m, TWIST_WINDOW_S)
+    return aside
+
+
 def pushes(
     scene: Scene,
     wrench: FloatArray,
@@ -133,9 +141,7 @@ def pushes(
         return Pushes(wrench)
     (drag,) = scene.settings.whole("drag")
     mass, about_z = _added_inertia(scene)
-    aside = np.zeros((len(sway_m), 3))  # the origin's velocity by its sway
-    if not scene.grid.is_moment:  # too short to tell
-        aside[:, :2] = scene.grid.slope(sway_m, TWIST_WINDOW_S)
+    aside = sway_velocity(scene, sway_m)
     if velocity_B is not None:
         along = DRAG_OF_DEVIATION * drag + mass / DEVIATION_S
         about = about_z / DEVIATION_S

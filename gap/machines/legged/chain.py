@@ -49,7 +49,7 @@ from model.effects.shafts import (
 from model.effects.signals import SensorSignals
 from model.motion.se2 import integrate
 from model.traction.frames import near_answers
-from model.values.arrays import FloatArray
+from model.values.arrays import BoolArray, FloatArray
 
 REMEMBERED = 24
 BOUND_TO_PLACES = ("ground_step", "friction_patch", "ground_slope", "tether_force")
@@ -328,13 +328,18 @@ def _acts_back(settings: Settings, drive: Drive, place_unknown: bool) -> bool:
 
 def _always_seen(known: LeggedInputs) -> bool:
     """Whether the body's pose was measured in all frames but a few lone ones."""
-    missing = ~np.isfinite(known.body_m[:, :2]).all(axis=1) | ~np.isfinite(known.body_rad[:, 2])
+    missing: BoolArray = ~np.all(np.isfinite(_read_world(known)), axis=1)
     longest = max((last - first for first, last in runs(missing).tolist()), default=0)
     return longest * known.grid.period_s <= LONGEST_HOLE_S
 
 
+def _read_world(known: LeggedInputs) -> FloatArray:
+    """Place of the body as it was read, x, y, yaw, (W, 3); NaN where it was not."""
+    return np.column_stack([known.body_m[:, :2], known.body_rad[:, 2]])
+
+
 def _measured_world(known: LeggedInputs) -> FloatArray | None:
-    world = np.column_stack([known.body_m[:, :2], known.body_rad[:, 2]])
+    world = _read_world(known)
     complete = np.isfinite(world).all(axis=1)
     if not complete.any():
         return None
