@@ -96,7 +96,7 @@ def _cause(one: NamedCause) -> dict[str, Any]:
         "shrink_last": one.last,
         "nats": one.nats,
         "nats_error": one.nats_error,
-        "trend": {"growth": one.trend.growth, "chance": one.trend.chance},
+        "trend": {**asdict(one.trend), "chance": one.trend.chance},
         "vibration": _vibration(one.vibration),
         "physics": one.physics,
         "remedy": one.remedy,

@@ -44,18 +44,29 @@ class Trend:
 
     Attributes:
         growth: Change over a run as a share of the mean size; NaN if these runs do not determine it.
-        chance: Of so much, either way, in a cause that keeps its size; NaN likewise.
+        error: Its standard error; NaN likewise.
+        free: Degrees of freedom of that.
     """
 
     growth: float
-    chance: float
+    error: float
+    free: float
+
+    @property
+    def chance(self) -> float:
+        """Of so much, either way, in a cause that changes no more than a simulator's error may look like.
+
+        A small change may be very sure, and a large one a coincidence: neither counts.
+        """
+        beyond = (abs(self.growth) - UNSTEADY_GROWTH) / self.error
+        return float(min(1.0, 2.0 * special.stdtr(self.free, -beyond)))
 
     def surely(self, causes: int) -> bool:
         """Whether it changes; ``causes`` is of how many this is one."""
-        return bool(self.chance * causes <= UNSTEADY_LEVEL and abs(self.growth) >= UNSTEADY_GROWTH)
+        return bool(self.chance * causes <= UNSTEADY_LEVEL)
 
 
-UNKNOWN = Trend(np.nan, np.nan)
+UNKNOWN = Trend(np.nan, np.nan, np.nan)
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,8 +144,7 @@ def _trend(
         groups.append(growths(healthy, (), causes, healthy.base))
     square, free = scatter(groups)
     error = np.sqrt(max(square / free / len(groups[0]), 1e-24))
-    growth = float(groups[0].mean())
-    return Trend(growth, float(2.0 * special.stdtr(free, -abs(growth) / error)))
+    return Trend(float(groups[0].mean()), float(error), float(free))
 
 
 def change_in_runs(

@@ -12,7 +12,7 @@ from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.diagnosis.gap_evidence import compare
 from gap.diagnosis.study import make_study
-from gap.diagnosis.trend import RunChange, Trend, change_in_runs, difference, none_with
+from gap.diagnosis.trend import UNKNOWN, RunChange, Trend, change_in_runs, difference, none_with
 from gap.interfaces import Cause, Effect
 from model.effects.catalogue import CATALOGUE
 from record.trial.trial import Trial
@@ -243,11 +243,14 @@ def test_gaits_that_no_reference_has_say_nothing() -> None:
 def test_how_sure_it_is_decides_how_much_is_left_for_the_catalogue() -> None:
     assert none_with([], 0.02, 0.01) == 0.02
     assert none_with([], 0.02, 0.001) == pytest.approx(1 - 0.98 * 0.05)
-    assert none_with([Trend(1.0, 0.01)], 0.02) == pytest.approx(1 - 0.98 / 2)
-    assert none_with([Trend(1.0, 0.01), Trend(0.0, 0.9)], 0.02) == 0.02, "one of two by chance"
-    assert none_with([Trend(0.4, 1e-6)], 0.02) == 0.02, "sure, but too small to matter"
-    assert none_with([Trend(np.nan, np.nan)], 0.02) == 0.02
-    assert none_with([Trend(-1.0, 1e-6)], 0.02) > 0.99
+    just = Trend(1.0, 0.8 / 4.033, 5)  # 4.032 errors of five degrees of freedom: 1 % on both sides
+    assert none_with([just], 0.02) == pytest.approx(1 - 0.98 / 2, abs=2e-3)
+    assert none_with([just, Trend(0.0, 0.1, 5)], 0.02) == 0.02, "one of two by chance"
+    assert none_with([Trend(0.15, 1e-6, 5)], 0.02) == 0.02, "sure, but too small to matter"
+    assert none_with([Trend(0.4, 0.03, 5)], 0.02) > 0.5, "no large change, but surely a real one"
+    assert none_with([Trend(0.6, 0.15, 5)], 0.02) == 0.02, "a larger one that may be a small one"
+    assert none_with([UNKNOWN], 0.02) == 0.02
+    assert none_with([Trend(-1.0, 0.01, 5)], 0.02) > 0.99
 
 
 @THOROUGH

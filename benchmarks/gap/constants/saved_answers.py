@@ -71,7 +71,7 @@ def _again(answer: CaseAnswer, found: Found) -> CaseAnswer:
 def _trends(found: Found) -> list[Trend]:
     """Trends of the causes; answers of earlier engines have none."""
     given = [one.get("trend") or {} for one in found["causes"]]
-    return [Trend(_number(one.get("growth")), _number(one.get("chance"))) for one in given]
+    return [Trend(*(_number(one.get(key)) for key in ("growth", "error", "free"))) for one in given]
 
 
 def _p_change(found: Found) -> float:
