@@ -27,6 +27,7 @@ from gap.diagnosis.held_stage import agrees, share_of_stage
 from gap.interfaces import Drive
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, Family, families_of, size_of
+from gap.search.contained import containing
 from gap.search.fit import Fitted
 from gap.search.look import Look, Search, Selection, Step, rank
 from gap.search.options import (
@@ -279,7 +280,29 @@ def _most_of_a_joint(
         return len(one.joints) == 1 and not _located(one)
 
     some = [one for one in ranked if asked(one.signature.candidate)]
-    return _by_share(comparison, selection, some[:WALKED], LEAST_SIZE, HELD_OUT_MOST)
+    step = _by_share(comparison, selection, some[:WALKED], LEAST_SIZE, HELD_OUT_MOST)
+    return step and _at_all_joints(comparison, selection, ranked, step)
+
+
+def _at_all_joints(
+    comparison: GapEvidence, selection: Selection, ranked: Sequence[Gain], step: Step
+) -> Step:
+    """Return the same effect at all joints, if it explains more and leaves little for the one joint.
+
+    Servos that all give explain little of the whole, and each servo most of its own channel.
+    """
+    family = step.chosen.added.effect.family
+    whole = [
+        (candidate, one.values)
+        for one in ranked
+        if not (candidate := one.signature.candidate).joints and candidate.effect.family == family
+    ]
+    agreed = [
+        (one, 0.0) for one in _fitted(comparison, selection, whole) if _agrees(comparison, one)
+    ]
+    agreed.sort(key=lambda one: rank(one[0]))
+    chosen = containing(comparison.evidence, step.chosen, agreed)
+    return step if chosen is step.chosen else Step(chosen, (step.chosen,))
 
 
 def _by_share(

@@ -1,5 +1,7 @@
 """What a second look without references adds to causes that are named, and what it leaves."""
 
+from dataclasses import replace
+
 import pytest
 
 import gap.diagnosis.second_look as looking
@@ -7,7 +9,7 @@ import gap.search.unlike as unlike
 from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.second_look import second_look
 from gap.diagnosis.study import make_study
-from gap.interfaces import Cause, Effect
+from gap.interfaces import Cause, Effect, Scope
 from tests.gap.test_drop_worse import selected
 from tests.gap.toy import BUMP, EFFECTS, RISE, Toy, toy_case, toy_references
 
@@ -91,6 +93,21 @@ def test_what_explains_most_of_a_joint_is_added_where_it_is_not_unlike_the_other
     monkeypatch.setattr(looking, "share_of_stage", lambda *_: held_out)
     more = [("stiffness", ("c",))] if named else []
     assert added(compared([LAG, Cause("stiffness", ("c",), (ratio,))]), [LAG]) == more
+
+
+@pytest.mark.parametrize("joints", [("c",), ()])
+def test_what_most_of_a_joint_shows_and_all_joints_show_is_one_cause_of_them_all(
+    joints: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the whole it is too little; of each joint it is most of what its channels show."""
+    monkeypatch.setattr(looking, "_as_a_law", lambda *_: None)
+    monkeypatch.setattr(looking, "_in_its_channels", lambda *_: None)
+    catalogue = tuple(
+        replace(one, scopes=(Scope.ALL, Scope.JOINT)) if one.name == "stiffness" else one
+        for one in EFFECTS
+    )
+    truth = Cause("stiffness", joints, (0.6,))
+    assert added(compared([LAG, truth], catalogue=catalogue), [LAG]) == [("stiffness", joints)]
 
 
 def test_what_it_hides_is_still_seen(monkeypatch: pytest.MonkeyPatch) -> None:
