@@ -24,6 +24,8 @@ from gap.search.look import Known
 from gap.search.options import CAUSE_LEVEL, worth_size
 from gap.search.screen import Signature, Signatures
 
+NEARLY = 2.0  # times its level, up to which a chance that is no gap is nearly one
+
 
 @dataclass(frozen=True, slots=True)
 class Detection:
@@ -57,6 +59,12 @@ class Detection:
     def by_change(self) -> bool:
         """Whether something changes in the course of the runs that does not in references."""
         return self.p_change < CHANGE_LEVEL
+
+    @property
+    def nearly_by_cause(self) -> bool:
+        """Whether the best candidate is nearly a gap, and nearer to one than energies and changes are."""
+        others = min(self.p_energy / ENERGY_LEVEL, self.p_change / CHANGE_LEVEL)
+        return not self.below and self.p_cause / CAUSE_LEVEL <= min(others, NEARLY)
 
 
 def detect(

@@ -284,7 +284,9 @@ def _diagnosis(
         hunting=study.hunting,
         hunts_for_nothing=answer.hunts,
         warnings=(
-            *warnings_of(study, len(evidence.starts), answer.named, far, answer.detection),
+            *warnings_of(
+                study, len(evidence.starts), answer.named, far, answer.detection, selection.nearest
+            ),
             *resembling(answer.fit.left_there),
             *clearest_there([(one.effect, one.joints) for one in answer.named], remaining),
         ),

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from gap.constants import CLEAR_EXCESS, IN_DOUBT_SHARE, MOST_PART, NONE_LIKELY
+from gap.constants import CLEAR_EXCESS, FALSE_ALARMS, IN_DOUBT_SHARE, MOST_PART, NONE_LIKELY
 from gap.diagnosis.ambiguity import OpenRival
 from gap.diagnosis.detection import Detection
 from gap.diagnosis.findings import NamedCause, Value, Verdict
@@ -15,8 +15,10 @@ from gap.diagnosis.trend import Trend
 from gap.interfaces import Cause, Effect, place_words
 from gap.residuals.evidence import Evidence
 from gap.residuals.floor import ENOUGH_REFERENCES
+from gap.rounding import value_words
 from gap.search.candidates import on_bound
 from gap.search.look import Selection
+from gap.search.options import Option
 from model.values.arrays import FloatArray
 
 FEW_BLOCKS = 6
@@ -154,8 +156,13 @@ def warnings_of(
     named: Sequence[NamedCause],
     far: HowFar,
     detection: Detection | None,
+    nearest: Option | None = None,
 ) -> Iterator[str]:
-    """Return what limits the diagnosis, one sentence each; ``blocks`` is how many there are to fit to."""
+    """Return what limits the diagnosis, one sentence each.
+
+    ``blocks`` is how many there are to fit to, ``nearest`` the cause that is nearest to a gap where there
+    is none.
+    """
     references, fitted = len(study.references), {part.trial for part in study.fitted}
     if not references:
         yield "without reference runs, permanent simulator errors cannot be separated from new faults"
@@ -205,6 +212,8 @@ def warnings_of(
             "a cause fitted to these runs is larger than in the references, but held-out runs are "
             "predicted worse with it, so it is not named: record more runs"
         )
+    if detection is not None and detection.nearly_by_cause and nearest is not None:
+        yield _nearly(detection, nearest)
     if not named and (currents := current_words(study)):
         yield currents
     if np.isfinite(far.shrink) and (
@@ -230,3 +239,18 @@ def warnings_of(
         for value in one.values:
             if value.on_bound:
                 yield f"{place}: {value.name} is on its bound: not an effect of this form"
+
+
+def _nearly(detection: Detection, nearest: Option) -> str:
+    """Say which cause is nearly a gap: nobody should take it for excluded."""
+    cause, effect = nearest.cause, nearest.added.effect
+    sizes = ", ".join(
+        f"{p.name} {value_words(value, 0.0, p.unit)}"
+        for p, value in zip(effect.parameters, cause.values, strict=True)
+    )
+    size = f" ({sizes})" if sizes else ""
+    return (
+        f"nearly a gap: {place_words(cause.effect, cause.joints)}{size}. {100.0 * detection.p:.2g} % of "
+        f"healthy sets of trials show as much, and what less than {100.0 * FALSE_ALARMS:.0f} % show is a "
+        "gap: record more trials or references"
+    )

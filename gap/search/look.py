@@ -66,12 +66,14 @@ class Selection:
         steps: One a cause, in the order of ``fitted.causes``.
         p: Chance that a healthy machine shows any candidate as large as the best of the first step (or of
             the first after what vibrates, if that is less, for two looks); 1 if there was none.
+        nearest: Where there is no cause: the candidate with that chance.
     """
 
     fitted: Fitted
     unseen: FloatArray
     steps: tuple[Step, ...]
     p: float = 1.0
+    nearest: Option | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -198,6 +200,7 @@ class Look:
         """Return the best next cause, its p-value (1: not to be taken), its alternatives.
 
         With references, what differs most between days may be all of the first list; so there are more.
+        Where none is to be taken, it is the one that is nearest to it.
         """
         forms = self._forms(selection, signatures)
         ranked = [best for best, *_ in forms.values()]
@@ -235,6 +238,8 @@ class Look:
                     return one, 1.0, ()
                 usual.append((one, p))  # healthy runs show it as well: no rival of what is new
                 least_p = min(least_p, max(p, level))
+        if usual:
+            return min(usual, key=lambda own: own[1])[0], least_p, ()
         return (min(options, key=rank), least_p, ()) if options else None
 
     def _forms(self, selection: Selection, signatures: Signatures) -> dict[Family, list[Gain]]:

@@ -152,7 +152,7 @@ def _forward(
             break
         best, p, others = taken
         if not selection.steps:
-            selection = replace(selection, p=p)
+            selection = replace(selection, p=p, nearest=best)
         elif _seen_before(selection):  # a second look
             selection = replace(selection, p=min(selection.p, 2.0 * p))
         if p >= look.level(selection.fitted):

@@ -17,8 +17,11 @@ from gap.diagnosis.study import make_study
 from gap.diagnosis.verdict import gap_exists, verdict_of, warnings_of
 from gap.interfaces import Cause, Scope
 from gap.residuals.pool import prediction_pool
+from gap.search.candidates import candidates_of
+from gap.search.cross_validation import unseen_score
 from gap.search.fit import fit_causes
 from gap.search.look import Selection
+from gap.search.options import CAUSE_LEVEL, fit_option
 from model.errors import GapError
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
@@ -26,12 +29,14 @@ from robot.console.json_output import json_text
 from tests.gap.toy import (
     CONDITIONS,
     EFFECTS,
+    LIKE,
     Toy,
     number,
     toy_case,
     toy_effect,
     toy_references,
     toy_trial,
+    walked_day,
 )
 from tests.soaked import THOROUGH, soaked
 
@@ -199,6 +204,43 @@ def test_a_cause_that_held_out_runs_speak_against_is_a_gap_without_a_name_and_sa
         warnings_of(study, 50, (), d.far, d.detection)
     )
     assert "held-out runs are predicted worse" in said
+
+
+@pytest.mark.parametrize(
+    ("p_cause", "p_energy", "said"),
+    [(0.0437, 0.6, True), (0.06, 0.06, False), (0.09, 0.6, False), (0.06, 0.3, True)],
+)
+def test_what_is_nearly_a_gap_is_said(p_cause: float, p_energy: float, said: bool) -> None:
+    """Not where energies are nearer, nor from twice the limit on."""
+    study = make_study(toy_case([Cause("tether", (), (0.1,))], 3), Toy(), toy_references(3))
+    evidence = study.evidence(study.local)
+    empty = fit_causes(evidence, ())
+    tether = next(one for one in candidates_of(study.simulator) if one.effect.name == "tether")
+    nearest = fit_option(evidence, tether, (tether.cause((0.1,)),), unseen_score(evidence, empty))
+    far = diagnose(toy_case(seed=3), Toy(), toy_references(3)).far
+    p = 0.05 * min(p_cause / CAUSE_LEVEL, p_energy / 0.05)
+    shown = Detection(False, p, p_cause, p_energy, 1.0, 0.14, 6)
+    words = [one for one in warnings_of(study, 50, (), far, shown, nearest) if "nearly" in one]
+    assert len(words) == said
+    if said:
+        assert words[0].startswith("nearly a gap: tether (x_n 0.")
+        assert f". {100 * p:.2g} % of healthy sets" in words[0]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "verdict", "said"),
+    [(0.95, Verdict.NO_GAP, False), (0.86, Verdict.NO_GAP, True), (0.8, Verdict.EXPLAINED, False)],
+)
+def test_a_cause_that_days_nearly_hide_is_named_as_nearly_a_gap(
+    ratio: float, verdict: Verdict, said: bool
+) -> None:
+    softer = (Cause("stiffness", ("c",), (ratio,)),)
+    trials = [walked_day(k, 100 + k, LIKE, softer) for k in range(4)]
+    d = diagnose(trials, Toy(), [walked_day(k, k, LIKE) for k in range(6)])
+    assert d.verdict is verdict
+    nearly = [one for one in d.warnings if one.startswith("nearly a gap: ")]
+    assert len(nearly) == said
+    assert not said or "nearly a gap: stiffness at c (ratio 0.8" in nearly[0]
 
 
 def test_causes_that_close_little_on_held_out_runs_are_said_to() -> None:
