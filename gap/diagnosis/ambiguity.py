@@ -45,10 +45,16 @@ class OpenRival(RivalCause):
         return self.probability >= STILL_LIKELY
 
     @property
-    def only_likely(self) -> bool:
-        """Whether nothing but its probability leaves it open: the two are distinguished, but not surely."""
-        alike = self.tells or self.looks_the_same or self.predicts_as_well or self.behind < 0.0
-        return self.is_likely and not alike
+    def predicts_better(self) -> bool:
+        """Whether it clearly predicts held-out blocks better than what is named (for another reason)."""
+        return self.behind < -max(CLEAR_ERRORS * self.behind_error, ENOUGH_SEPARATION)
+
+    @property
+    def is_distinguished(self) -> bool:
+        """Whether these runs distinguish the two, and the alternative is open all the same."""
+        if self.tells or self.looks_the_same:
+            return False
+        return self.predicts_better or not (self.predicts_as_well or self.behind < 0.0)
 
     @property
     def why(self) -> str:

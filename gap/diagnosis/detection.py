@@ -61,10 +61,21 @@ class Detection:
         return self.p_change < CHANGE_LEVEL
 
     @property
-    def nearly_by_cause(self) -> bool:
-        """Whether the best candidate is nearly a gap, and nearer to one than energies and changes are."""
+    def nearly(self) -> bool:
+        """Whether there is nearly a gap."""
+        return not self.below and self.p <= NEARLY * FALSE_ALARMS
+
+    @property
+    def nearest_by_cause(self) -> bool:
+        """Whether the best candidate is nearer to a gap than energies and changes are."""
         others = min(self.p_energy / ENERGY_LEVEL, self.p_change / CHANGE_LEVEL)
-        return not self.below and self.p_cause / CAUSE_LEVEL <= min(others, NEARLY)
+        return self.p_cause / CAUSE_LEVEL <= others
+
+    @property
+    def nearest_by_energy(self) -> bool:
+        """Whether energies are nearer to a gap than the best candidate and changes are."""
+        others = min(self.p_cause / CAUSE_LEVEL, self.p_change / CHANGE_LEVEL)
+        return self.p_energy / ENERGY_LEVEL < others
 
 
 def detect(

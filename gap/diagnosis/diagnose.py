@@ -1,7 +1,7 @@
 """The diagnosis: is there a gap, where, which effect, how far it shrinks, what to run next."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from gap.diagnosis.second_look import second_look
 from gap.diagnosis.study import Study, make_study
 from gap.diagnosis.trend import RunChange, change_in_runs, none_with, trends_of
 from gap.diagnosis.verdict import gap_exists, named_causes, resembling, verdict_of, warnings_of
-from gap.diagnosis.where import clearest_there, where
+from gap.diagnosis.where import clearest_there, largest_of, where
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
 from gap.interfaces import Cause, DataFault, Drive, Proposal, Simulator
@@ -127,15 +127,18 @@ def _judged_by_held_out(
     comparison: GapEvidence, selection: Selection, seed: int
 ) -> tuple[Selection, HowFar]:
     """Drop what held-out runs speak against or is not clear, and look again where no reference helps."""
-    left, far = drop_unclear(comparison, *drop_worse(comparison, selection, seed), seed)
+    helpful, far = drop_worse(comparison, selection, seed)
+    left, far = drop_unclear(comparison, helpful, far, seed)
     effects = comparison.evidence.effects
     dropped = families_of(selection.fitted.causes, effects) - families_of(
         left.fitted.causes, effects
     )
     more = second_look(comparison, left, dropped)
-    return (
-        (left, far) if more is left else (more, how_far(comparison.held, more.fitted.causes, seed))
-    )
+    if more is not left:
+        left, far = more, how_far(comparison.held, more.fitted.causes, seed)
+    kept = families_of(helpful.fitted.causes, effects)
+    refused = [one.chosen for one in selection.steps if one.chosen.added.family not in kept]
+    return replace(left, refused=tuple(one for one in refused if comparison.known)), far
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,7 +288,13 @@ def _diagnosis(
         hunts_for_nothing=answer.hunts,
         warnings=(
             *warnings_of(
-                study, len(evidence.starts), answer.named, far, answer.detection, selection.nearest
+                study,
+                len(evidence.starts),
+                answer.named,
+                far,
+                answer.detection,
+                selection,
+                largest_of(evidence),
             ),
             *resembling(answer.fit.left_there),
             *clearest_there([(one.effect, one.joints) for one in answer.named], remaining),

@@ -315,8 +315,8 @@ class Diagnosis:
         if self.new_commands is None:
             return ""
         return (
-            " But no reference was commanded like these trials: a healthy machine may show this too. "
-            "Record references with the same commands."
+            f" But no reference was commanded like {self.new_commands.runs}: a healthy machine may show "
+            "this too. Record references with the same commands."
         )
 
     @property

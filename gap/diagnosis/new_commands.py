@@ -4,7 +4,7 @@ What the simulator gets wrong on such runs no reference shows, so it looks like 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ class NewCommands:
 
     Attributes:
         trial: Index of the trial that is farthest.
+        trials: Indices of all that are as no reference was.
         distance_rad: From the nearest reference: root mean square over a cycle, of the joint that differs
             most.
         known_rad: The largest such distance of a reference from the nearest other one that differs at all;
@@ -27,6 +28,7 @@ class NewCommands:
     """
 
     trial: int
+    trials: tuple[int, ...]
     distance_rad: float
     known_rad: float
 
@@ -34,10 +36,17 @@ class NewCommands:
     def words(self) -> str:
         """Say it in a sentence."""
         known = f"are within {self.known_rad:.2g} rad of another one"
+        alone = "are commanded alike, or there is but one"
         return (
-            f"commands are {self.distance_rad:.2g} rad (RMS over a cycle) from those of the nearest "
-            f"reference; references of its gait {known if self.known_rad else 'are commanded alike'}"
+            f"the commands of {self.runs} are up to {self.distance_rad:.2g} rad (RMS over a cycle) from "
+            f"those of the nearest reference; references of its gait {known if self.known_rad else alone}"
         )
+
+    @property
+    def runs(self) -> str:
+        """Name the trials, numbered from 1."""
+        numbers = [str(one + 1) for one in self.trials]
+        return f"run {numbers[0]}" if len(numbers) == 1 else f"runs {', '.join(numbers)}"
 
 
 def new_commands(
@@ -54,9 +63,12 @@ def new_commands(
         if not own:
             continue
         known = [_nearest_other(other, same) for other in same]
-        each.append(NewCommands(one.trial, min(own), max(known)))
+        each.append(NewCommands(one.trial, (one.trial,), min(own), max(known)))
     beyond = [one for one in each if one.distance_rad > BEYOND * one.known_rad + SAME_RAD]
-    return max(beyond, key=lambda one: one.distance_rad, default=None)
+    if not beyond:
+        return None
+    farthest = max(beyond, key=lambda one: one.distance_rad)
+    return replace(farthest, trials=tuple(sorted({one.trial for one in beyond})))
 
 
 def _distances(one: TrialPart, others: Sequence[TrialPart]) -> list[float]:

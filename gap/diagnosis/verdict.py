@@ -156,12 +156,13 @@ def warnings_of(
     named: Sequence[NamedCause],
     far: HowFar,
     detection: Detection | None,
-    nearest: Option | None = None,
+    selection: Selection,
+    largest: str = "",
 ) -> Iterator[str]:
     """Return what limits the diagnosis, one sentence each.
 
-    ``blocks`` is how many there are to fit to, ``nearest`` the cause that is nearest to a gap where there
-    is none.
+    ``blocks`` is how many there are to fit to, ``selection`` has what was nearly a cause, and ``largest``
+    is the channel with the largest energy.
     """
     references, fitted = len(study.references), {part.trial for part in study.fitted}
     if not references:
@@ -206,14 +207,16 @@ def warnings_of(
             f"on held-out runs the named causes explain {most:.0f} % of the gap at the most: what is new "
             "may only be like them, or not alone; look at what remains"
         )
-    only_by_cause = detection is not None and not detection.by_energy and not detection.by_change
-    if detection is not None and detection.below and only_by_cause and not named:
-        yield (
-            "a cause fitted to these runs is larger than in the references, but held-out runs are "
-            "predicted worse with it, so it is not named: record more runs"
-        )
-    if detection is not None and detection.nearly_by_cause and nearest is not None:
-        yield _nearly(detection, nearest)
+    if detection is not None:
+        beside = "fitted beside what is named" if named else "fitted to these runs"
+        for option in selection.refused:
+            yield (
+                f"{_sized(option)}, {beside}, is larger than in the references, but held-out runs "
+                "are predicted no better with it. So it is not named, and what it fits remains: record "
+                "more runs"
+            )
+        if detection.nearly:
+            yield from _nearly(detection, selection.nearest, largest)
     if not named and (currents := current_words(study)):
         yield currents
     if np.isfinite(far.shrink) and (
@@ -241,16 +244,25 @@ def warnings_of(
                 yield f"{place}: {value.name} is on its bound: not an effect of this form"
 
 
-def _nearly(detection: Detection, nearest: Option) -> str:
-    """Say which cause is nearly a gap: nobody should take it for excluded."""
-    cause, effect = nearest.cause, nearest.added.effect
+def _nearly(detection: Detection, nearest: Option | None, largest: str) -> Iterator[str]:
+    """Say what is nearly a gap: nobody should take it for excluded."""
+    if detection.nearest_by_cause and nearest is not None:
+        what = _sized(nearest)
+    elif detection.nearest_by_energy:
+        what = f"what is left beyond the references' prediction, most in {largest}"
+    else:
+        return
+    yield (
+        f"nearly a gap: {what}. {100.0 * detection.p:.2g} % of healthy sets of trials show as much, and "
+        f"what less than {100.0 * FALSE_ALARMS:.0f} % show is a gap: record more trials or references"
+    )
+
+
+def _sized(option: Option) -> str:
+    """Name a cause with its place and fitted size."""
+    cause, effect = option.cause, option.added.effect
     sizes = ", ".join(
         f"{p.name} {value_words(value, 0.0, p.unit)}"
         for p, value in zip(effect.parameters, cause.values, strict=True)
     )
-    size = f" ({sizes})" if sizes else ""
-    return (
-        f"nearly a gap: {place_words(cause.effect, cause.joints)}{size}. {100.0 * detection.p:.2g} % of "
-        f"healthy sets of trials show as much, and what less than {100.0 * FALSE_ALARMS:.0f} % show is a "
-        "gap: record more trials or references"
-    )
+    return place_words(cause.effect, cause.joints) + (f" ({sizes})" if sizes else "")

@@ -66,7 +66,8 @@ class Selection:
         steps: One a cause, in the order of ``fitted.causes``.
         p: Chance that a healthy machine shows any candidate as large as the best of the first step (or of
             the first after what vibrates, if that is less, for two looks); 1 if there was none.
-        nearest: Where there is no cause: the candidate with that chance.
+        nearest: The candidate with that chance.
+        refused: What was new, but held-out runs spoke against.
     """
 
     fitted: Fitted
@@ -74,6 +75,7 @@ class Selection:
     steps: tuple[Step, ...]
     p: float = 1.0
     nearest: Option | None = None
+    refused: tuple[Option, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -187,7 +187,8 @@ CATALOGUE = (
         "Something rides on the body: all loads grow, most where it sits.",
         "Take it off, or add its mass to the robot file."),
     _effect("support", "chassis_twist", ALL, _numbers("rad_per_nm", "rad/(N m)", 0.0, 0.05, 0.004),
-        "The chassis gives in torsion: front and rear roll apart and share the loads more evenly.",
+        "The chassis gives in torsion: opposite moments on front and rear roll them apart, by so much a N "
+        "m, against its middle, where its pose is measured.",
         "Brace the chassis, or give the simulator its torsional stiffness."),
     _effect("friction", "foot_friction", LEG, _ratio(0.05, 4.0, 0.25),
         "One foot grips less or more than the others.",

@@ -34,7 +34,10 @@ def fit_alone(request: GapDiagnoseRequest) -> ExitCode:
         "--sim": request.sim != CHAIN,
     }
     if wrong := [name for name, value in whole.items() if value]:
-        raise ConfigError(wrong[0], "is for a whole diagnosis; leave it out, or --alone")
+        raise ConfigError(
+            wrong[0],
+            "does not go with --alone, which fits each effect by itself; leave one of them out",
+        )
     runs = read_runs(request.trials, (), request.robot, request.joint, request.machine)
     runs = with_hold_out(runs, request.trials, request.hold_out)
     trials, simulator = runs.trials, runs.simulator(request.effects)

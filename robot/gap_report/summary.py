@@ -141,7 +141,7 @@ def _where(d: Diagnosis, width: int) -> list[str]:
         phase = f" at phase {cell.phase:.2f}" if not math.isnan(cell.phase) else ""
         place = f" {cell.joint}" if cell.joint else ""
         lines.append(
-            f"  {cell.channel}{place}{phase}: off by {cell.mean:+.2g} times its noise (p {cell.p:.3f})"
+            f"  {cell.channel}{place}{phase}: off by {cell.mean:+.2g} times its baseline (p {cell.p:.3f})"
         )
     if stage_note(d):
         lines.append(f"  {stage_note(d)}")
@@ -150,7 +150,7 @@ def _where(d: Diagnosis, width: int) -> list[str]:
 
 def _joints(d: Diagnosis) -> list[str]:
     """Each joint's part of the gap: those that are measured in one channel together."""
-    if len(d.where.joints) < 2:
+    if len(d.where.joints) < 2 or not any(one.share > 0.0 for one in d.where.joints):
         return []
     groups: dict[str, list[str]] = {}
     for one in d.where.joints:
@@ -174,10 +174,9 @@ def _causes(d: Diagnosis) -> list[str]:
     for rival in d.ambiguous:
         place = place_words(rival.effect, rival.joints)
         named = place_words(*rival.of)
+        apart = f"  or {place} instead of {named} ({rival.why})"
         alike = f"  indistinguishable from {named}: {place} ({rival.why})"
-        lines.append(
-            f"  or {place} instead of {named} ({rival.why})" if rival.only_likely else alike
-        )
+        lines.append(apart if rival.is_distinguished else alike)
     lines.append(f"  none of the catalogue: probability {d.none:.2f}")
     return lines
 

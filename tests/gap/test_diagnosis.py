@@ -15,6 +15,7 @@ from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.diagnosis.study import make_study
 from gap.diagnosis.verdict import gap_exists, verdict_of, warnings_of
+from gap.diagnosis.where import largest_of
 from gap.interfaces import Cause, Scope
 from gap.residuals.pool import prediction_pool
 from gap.search.candidates import candidates_of
@@ -200,18 +201,26 @@ def test_a_cause_that_held_out_runs_speak_against_is_a_gap_without_a_name_and_sa
     assert gap_exists(evidence, shown, empty)
     assert not gap_exists(evidence, d.detection, empty)
     assert verdict_of(True, (), 1.0, ()) is Verdict.UNEXPLAINED
-    (said,) = set(warnings_of(study, 50, (), d.far, shown)) - set(
-        warnings_of(study, 50, (), d.far, d.detection)
-    )
-    assert "held-out runs are predicted worse" in said
+    offset = next(one for one in candidates_of(study.simulator) if one.effect.name == "offset")
+    refused = fit_option(evidence, offset, (offset.cause((0.01,)),), empty.unseen)
+    (said,) = set(
+        warnings_of(study, 50, (), d.far, shown, replace(empty, refused=(refused,)))
+    ) - set(warnings_of(study, 50, (), d.far, d.detection, empty))
+    assert said.startswith(f"offset at {offset.joints[0]} (offset_rad ")
+    assert "fitted to these runs, is larger than in the references" in said
 
 
 @pytest.mark.parametrize(
     ("p_cause", "p_energy", "said"),
-    [(0.0437, 0.6, True), (0.06, 0.06, False), (0.09, 0.6, False), (0.06, 0.3, True)],
+    [
+        (0.0437, 0.6, "tether (x_n 0."),
+        (0.09, 0.6, ""),
+        (0.06, 0.3, "tether (x_n 0."),
+        (0.3, 0.06, "what is left"),
+    ],
 )
-def test_what_is_nearly_a_gap_is_said(p_cause: float, p_energy: float, said: bool) -> None:
-    """Not where energies are nearer, nor from twice the limit on."""
+def test_what_is_nearly_a_gap_is_said(p_cause: float, p_energy: float, said: str) -> None:
+    """By a cause or by energies, and not from twice the limit on."""
     study = make_study(toy_case([Cause("tether", (), (0.1,))], 3), Toy(), toy_references(3))
     evidence = study.evidence(study.local)
     empty = fit_causes(evidence, ())
@@ -220,11 +229,14 @@ def test_what_is_nearly_a_gap_is_said(p_cause: float, p_energy: float, said: boo
     far = diagnose(toy_case(seed=3), Toy(), toy_references(3)).far
     p = 0.05 * min(p_cause / CAUSE_LEVEL, p_energy / 0.05)
     shown = Detection(False, p, p_cause, p_energy, 1.0, 0.14, 6)
-    words = [one for one in warnings_of(study, 50, (), far, shown, nearest) if "nearly" in one]
-    assert len(words) == said
+    looked = Selection(empty, np.zeros(len(evidence.starts)), (), nearest=nearest)
+    noted = warnings_of(study, 50, (), far, shown, looked, largest_of(evidence))
+    words = [one for one in noted if "nearly" in one]
+    assert len(words) == bool(said)
     if said:
-        assert words[0].startswith("nearly a gap: tether (x_n 0.")
+        assert words[0].startswith(f"nearly a gap: {said}")
         assert f". {100 * p:.2g} % of healthy sets" in words[0]
+        assert said.startswith("tether") or "most in speed. " in words[0]
 
 
 @pytest.mark.parametrize(
@@ -248,11 +260,13 @@ def test_causes_that_close_little_on_held_out_runs_are_said_to() -> None:
     trials, known = toy_case(causes, seed=3), toy_references(3)
     d = diagnose(trials, Toy(), known)
     study = make_study(trials, Toy(), known)
+    evidence = study.evidence(study.local)
     assert d.far.low > 0.5
 
     def said(low: float, high: float) -> set[str]:
         far = replace(d.far, shrink=0.5 * (low + high), low=low, high=high)
-        return set(warnings_of(study, 50, d.causes, far, d.detection)) - set(d.warnings)
+        nothing = Selection(fit_causes(evidence, ()), np.zeros(len(evidence.starts)), ())
+        return set(warnings_of(study, 50, d.causes, far, d.detection, nothing)) - set(d.warnings)
 
     (words,) = said(-0.14, 0.2)
     assert "explain 20 % of the gap at the most" in words
