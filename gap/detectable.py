@@ -23,6 +23,11 @@ class Detectable:
     upper: float
 
     @property
+    def of_range(self) -> float:
+        """The size as a share of how far from neutral makes sense at most: what is above 1 cannot show."""
+        return self.size / max(self.upper - self.neutral, self.neutral - self.lower)
+
+    @property
     def values(self) -> tuple[float, ...]:
         """The values at that distance that make sense, the lower one first; none if it is out of range."""
         both = (self.neutral - self.size, self.neutral + self.size)

@@ -220,8 +220,9 @@ def _how_far(d: Diagnosis) -> list[str]:
 def _sizes(d: Diagnosis) -> list[str]:
     if not d.detectable:
         return []
-    rows = [(s.effect, s.parameter, size_words(s)) for s in d.detectable[:MOST_SIZES]]
-    lines = ["smallest sizes that would have been detected:"]
+    hidden_most = sorted(d.detectable, key=lambda one: -one.of_range)
+    rows = [(s.effect, s.parameter, size_words(s)) for s in hidden_most[:MOST_SIZES]]
+    lines = ["smallest sizes that would have been detected, what could hide best first:"]
     lines += table_lines((Column(""),) * 3, rows, "  ")
     if len(d.detectable) > MOST_SIZES:
         lines.append(f"  and {len(d.detectable) - MOST_SIZES} more, in --html and --json")

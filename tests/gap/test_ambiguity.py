@@ -106,26 +106,29 @@ def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:
 
 
 @pytest.mark.parametrize(
-    ("separation", "behind", "error", "probability", "said"),
+    ("separation", "behind", "error", "probability", "said", "apart"),
     [
-        (3.2, 900.0, 1.0, 0.1, "separation 3.2, 22 settles it"),
-        (533.0, 3.0, 2.0, 0.1, "lower by only 3 +- 2 nats"),
-        (533.0, -372.0, 41.0, 0.1, "its held-out log-likelihood is higher by 370 +- 40 nats"),
+        (3.2, 900.0, 1.0, 0.1, "separation 3.2, 22 settles it", False),
+        (533.0, 3.0, 2.0, 0.1, "lower by only 3 +- 2 nats", False),
+        (533.0, -3.0, 2.0, 0.1, "higher by 3 +- 2 nats", False),
+        (533.0, -372.0, 41.0, 0.1, "its held-out log-likelihood is higher by 370 +- 40 nats", True),
         (
             533.0,
             38.0,
             2.0,
             0.1,
             "is 38 nats lower, less than 5% of what all causes leave unexplain",
+            True,
         ),
-        (533.0, 67.0, 2.0, 0.27, "its probability is still 0.27"),
+        (533.0, 67.0, 2.0, 0.27, "its probability is still 0.27", True),
     ],
 )
 def test_why_a_rival_is_open_is_what_left_it_open(
-    separation: float, behind: float, error: float, probability: float, said: str
+    separation: float, behind: float, error: float, probability: float, said: str, apart: bool
 ) -> None:
     one = OpenRival(0, "lag", (), probability, behind, error, ("delay", ()), "lag", separation)
     assert said in one.why
+    assert one.is_distinguished == apart
 
 
 @pytest.mark.parametrize(("probability", "open_then"), [(0.27, ["tether"]), (0.1, [])])

@@ -68,6 +68,7 @@ def test_a_turn_is_new_where_all_references_walked_straight() -> None:
     assert found.trial == 1
     assert found.distance_rad == pytest.approx(0.05 / np.sqrt(2), rel=1e-3)
     assert found.known_rad == 0.0
+    assert found.words.startswith("the commands of run 2 are")
     assert "references of its gait are commanded alike" in found.words
 
 
@@ -77,6 +78,8 @@ def test_a_turn_between_those_of_references_is_not_new_and_one_beyond_them_is() 
     assert found is not None
     assert found.trial == 0
     assert found.known_rad == pytest.approx(0.05 / np.sqrt(2), rel=1e-2)
+    assert found.trials == (0, 1)
+    assert found.words.startswith("the commands of runs 1, 2 are up to")
     assert "references of its gait are within 0.035 rad of another one" in found.words
 
 

@@ -294,6 +294,15 @@ def test_the_terminal_says_how_many_sizes_it_leaves_out(nothing: Diagnosis) -> N
     assert "  and 3 more, in --html and --json" in lines
 
 
+def test_what_could_hide_best_is_listed_first(nothing: Diagnosis) -> None:
+    plain = Detectable("plain", "p", 0.1, "", 1.0, 0.0, 2.0)
+    hidden = Detectable("hidden", "p", 0.5, "m", 0.0, -0.6, 0.6)
+    never = Detectable("never", "p", 9.0, "", 1.0, 0.0, 2.0)
+    lines = summary_lines(replace(nothing, detectable=(plain, hidden, never)), FILES)
+    head = next(i for i, one in enumerate(lines) if one.startswith("smallest sizes"))
+    assert [one.split()[0] for one in lines[head + 1 : head + 4]] == ["never", "hidden", "plain"]
+
+
 def next_run(number: int, pair: tuple[str, str] = ("delay", "lag"), limits: str = "") -> NextRun:
     return NextRun(
         f"run {number}", pair, 30.0, 1, 0.8, limits, "bigant drive --gait tripod --steer 0.5"
