@@ -66,16 +66,19 @@ class Detection:
         return not self.below and self.p <= NEARLY * FALSE_ALARMS
 
     @property
-    def nearest_by_cause(self) -> bool:
-        """Whether the best candidate is nearer to a gap than energies and changes are."""
-        others = min(self.p_energy / ENERGY_LEVEL, self.p_change / CHANGE_LEVEL)
-        return self.p_cause / CAUSE_LEVEL <= others
+    def nearest(self) -> str:
+        """Which of ``cause``, ``change``, ``energy`` is nearest to a gap, or farthest beyond it."""
+        levels = _in_levels(self.p_cause, self.p_change, self.p_energy)
+        return min(levels, key=lambda one: levels[one])
 
-    @property
-    def nearest_by_energy(self) -> bool:
-        """Whether energies are nearer to a gap than the best candidate and changes are."""
-        others = min(self.p_cause / CAUSE_LEVEL, self.p_change / CHANGE_LEVEL)
-        return self.p_energy / ENERGY_LEVEL < others
+
+def _in_levels(p_cause: float, p_change: float, p_energy: float) -> dict[str, float]:
+    """Return each chance in units of its level: there is a gap below 1."""
+    return {
+        "cause": p_cause / CAUSE_LEVEL,
+        "change": p_change / CHANGE_LEVEL,
+        "energy": p_energy / ENERGY_LEVEL,
+    }
 
 
 def detect(
@@ -87,8 +90,7 @@ def detect(
     ``p_change`` that something changes as much in the course of its runs.
     """
     p_energy = chance_of_energies(evidence, evidence.base, healthy)
-    nearest = min(p_cause / CAUSE_LEVEL, p_energy / ENERGY_LEVEL, p_change / CHANGE_LEVEL)
-    p = min(1.0, FALSE_ALARMS * nearest)
+    p = min(1.0, FALSE_ALARMS * min(_in_levels(p_cause, p_change, p_energy).values()))
     rate = promised(FALSE_ALARMS, len(healthy))
     return Detection(p < FALSE_ALARMS, p, p_cause, p_energy, p_change, rate, len(healthy))
 

@@ -137,8 +137,8 @@ def _judged_by_held_out(
     if more is not left:
         left, far = more, how_far(comparison.held, more.fitted.causes, seed)
     kept = families_of(helpful.fitted.causes, effects)
-    refused = [one.chosen for one in selection.steps if one.chosen.added.family not in kept]
-    return replace(left, refused=tuple(one for one in refused if comparison.known)), far
+    chosen = [step.chosen for step in selection.steps]
+    return replace(left, refused=tuple(one for one in chosen if one.added.family not in kept)), far
 
 
 @dataclass(frozen=True, slots=True)

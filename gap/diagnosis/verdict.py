@@ -246,9 +246,9 @@ def warnings_of(
 
 def _nearly(detection: Detection, nearest: Option | None, largest: str) -> Iterator[str]:
     """Say what is nearly a gap: nobody should take it for excluded."""
-    if detection.nearest_by_cause and nearest is not None:
+    if detection.nearest == "cause" and nearest is not None:
         what = _sized(nearest)
-    elif detection.nearest_by_energy:
+    elif detection.nearest == "energy":
         what = f"what is left beyond the references' prediction, most in {largest}"
     else:
         return
