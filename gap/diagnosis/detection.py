@@ -36,10 +36,13 @@ class Detection:
         p: Chance of so much without one, in units of the level: there is a gap below ``FALSE_ALARMS``; NaN
             without references.
         p_cause: The same by the best candidate alone, among all that were tried.
-        p_energy: By energies alone: the mean over channels, or the worst channel.
+        p_energy: By energies alone: the mean over channels, or the worst channel, of all that is left or of
+            what is another in each cycle.
         p_change: By what changes in the course of a run; 1 if not tested, or if no change is large enough.
         promised: False alarms that these references can promise at most, as a share of healthy cases.
         references: How many there are.
+        energy_in: The channel, with its joint, that is farthest ahead of references in energy.
+        in_cycles: Whether it is so in what is another in each cycle.
     """
 
     below: bool
@@ -49,6 +52,8 @@ class Detection:
     p_change: float
     promised: float
     references: int
+    energy_in: str = ""
+    in_cycles: bool = False
 
     @property
     def by_energy(self) -> bool:
@@ -89,10 +94,20 @@ def detect(
     ``p_cause`` is the chance that a healthy machine shows any candidate as large as the best one,
     ``p_change`` that something changes as much in the course of its runs.
     """
-    p_energy = chance_of_energies(evidence, evidence.base, healthy)
-    p = min(1.0, FALSE_ALARMS * min(_in_levels(p_cause, p_change, p_energy).values()))
-    rate = promised(FALSE_ALARMS, len(healthy))
-    return Detection(p < FALSE_ALARMS, p, p_cause, p_energy, p_change, rate, len(healthy))
+    energy = chance_of_energies(evidence, evidence.base, healthy)
+    p = min(1.0, FALSE_ALARMS * min(_in_levels(p_cause, p_change, energy.p).values()))
+    at = evidence.simulator.channels[energy.channel] if energy.channel >= 0 else None
+    return Detection(
+        below=p < FALSE_ALARMS,
+        p=p,
+        p_cause=p_cause,
+        p_energy=energy.p,
+        p_change=p_change,
+        promised=promised(FALSE_ALARMS, len(healthy)),
+        references=len(healthy),
+        energy_in=f"{at.name} {at.joint}".strip() if at else "",
+        in_cycles=energy.another,
+    )
 
 
 def detectable(

@@ -31,7 +31,7 @@ from gap.diagnosis.second_look import second_look
 from gap.diagnosis.study import Study, make_study
 from gap.diagnosis.trend import RunChange, change_in_runs, none_with, trends_of
 from gap.diagnosis.verdict import gap_exists, named_causes, resembling, verdict_of, warnings_of
-from gap.diagnosis.where import clearest_there, largest_of, where
+from gap.diagnosis.where import clearest_there, where
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
 from gap.interfaces import Cause, DataFault, Drive, Proposal, Simulator
@@ -137,8 +137,8 @@ def _judged_by_held_out(
     if more is not left:
         left, far = more, how_far(comparison.held, more.fitted.causes, seed)
     kept = families_of(helpful.fitted.causes, effects)
-    chosen = [step.chosen for step in selection.steps]
-    return replace(left, refused=tuple(one for one in chosen if one.added.family not in kept)), far
+    refused = tuple(one for one in selection.steps if one.chosen.added.family not in kept)
+    return replace(left, refused=refused), far
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,7 +239,7 @@ def _fit(comparison: GapEvidence, selection: Selection, far: HowFar) -> Fit:
         closed=closed_share(evidence, unseen),
         excess_after=evidence.mean_excess(unseen),
         worst_after=float(np.nanmax(evidence.excess(unseen))),
-        p_after=chance_of_energies(evidence, unseen, runs) if runs else 0.0,
+        p_after=chance_of_energies(evidence, unseen, runs).p if runs else 0.0,
         nats_after=max(0.0, nats_beyond(evidence, unseen_score, healthy)),
         closed_acting=closed_beyond(evidence, unseen, runs) if causes else 1.0,
         left_there=left_of(far, causes, evidence.effects) if runs else 0.0,
@@ -294,7 +294,6 @@ def _diagnosis(
                 far,
                 answer.detection,
                 selection,
-                largest_of(evidence),
             ),
             *resembling(answer.fit.left_there),
             *clearest_there([(one.effect, one.joints) for one in answer.named], remaining),

@@ -25,6 +25,7 @@ from gap.search.look import Selection
 from gap.search.replacement import fitted_for, in_its_place, left_out
 from gap.search.standard_errors import standard_errors
 
+HALF = 0.5  # probability
 RIVALS = 2  # of a cause, that are tried in its place
 
 
@@ -59,16 +60,20 @@ def drop_unclear(
 
     What a large cause leaves, because the simulator is not exactly the machine, looks like others. Some of
     them are new and help held-out runs, but are so few of their standard errors in size that, of so many
-    effects, one is by chance. Only references tell how much sizes scatter, so without them none is dropped.
+    effects, one is by chance. Where one also adds next to nothing to the others, it is enough that this is
+    as likely as not. Only references tell how much sizes scatter, so without them none is dropped.
     """
     evidence = comparison.evidence
     while comparison.healthy is not None and len(selection.steps) > 1:
         errors = standard_errors(evidence, comparison.healthy, selection.fitted)
         clear = clear_of_nothing(selection, evidence.effects, errors)
-        least = min(range(len(clear)), key=clear.__getitem__)
-        if clear[least] >= FALSE_ALARMS:
+        idle = _adds_little(far)
+        unclear = [
+            at for at, one in enumerate(clear) if one < (HALF if at in idle else FALSE_ALARMS)
+        ]
+        if not unclear:
             break
-        selection = left_out(evidence, selection, {least})
+        selection = left_out(evidence, selection, {min(unclear, key=clear.__getitem__)})
         far = how_far(comparison.held, selection.fitted.causes, seed)
     return selection, far
 

@@ -157,12 +157,10 @@ def warnings_of(
     far: HowFar,
     detection: Detection | None,
     selection: Selection,
-    largest: str = "",
 ) -> Iterator[str]:
     """Return what limits the diagnosis, one sentence each.
 
-    ``blocks`` is how many there are to fit to, ``selection`` has what was nearly a cause, and ``largest``
-    is the channel with the largest energy.
+    ``blocks`` is how many there are to fit to, and ``selection`` has what was nearly a cause.
     """
     references, fitted = len(study.references), {part.trial for part in study.fitted}
     if not references:
@@ -209,14 +207,19 @@ def warnings_of(
         )
     if detection is not None:
         beside = "fitted beside what is named" if named else "fitted to these runs"
-        for option in selection.refused:
+        for step in selection.refused:
             yield (
-                f"{_sized(option)}, {beside}, is larger than in the references, but held-out runs "
-                "are predicted no better with it. So it is not named, and what it fits remains: record "
-                "more runs"
+                f"{_sized(step.chosen)}, {beside}, is larger than in the references (chance in healthy "
+                f"runs {step.p:.2g}), but held-out runs are predicted no better with it. So it is not "
+                "named, and what it fits remains: record more runs"
+            )
+        if detection.by_energy and detection.in_cycles:
+            yield (
+                f"{_energy_words(detection)}, most in {detection.energy_in}: look for something loose, for "
+                "knocks, wind or a connection that fails now and then"
             )
         if detection.nearly:
-            yield from _nearly(detection, selection.nearest, largest)
+            yield from _nearly(detection, selection.nearest)
     if not named and (currents := current_words(study)):
         yield currents
     if np.isfinite(far.shrink) and (
@@ -244,12 +247,19 @@ def warnings_of(
                 yield f"{place}: {value.name} is on its bound: not an effect of this form"
 
 
-def _nearly(detection: Detection, nearest: Option | None, largest: str) -> Iterator[str]:
+def _energy_words(detection: Detection) -> str:
+    """Say which energy is farthest ahead of references."""
+    if detection.in_cycles:
+        return "what is left differs from cycle to cycle by more than in references"
+    return "what is left beyond the references' prediction"
+
+
+def _nearly(detection: Detection, nearest: Option | None) -> Iterator[str]:
     """Say what is nearly a gap: nobody should take it for excluded."""
     if detection.nearest == "cause" and nearest is not None:
         what = _sized(nearest)
     elif detection.nearest == "energy":
-        what = f"what is left beyond the references' prediction, most in {largest}"
+        what = f"{_energy_words(detection)}, most in {detection.energy_in}"
     else:
         return
     yield (

@@ -237,15 +237,6 @@ def _bands(evidence: Evidence, residual: FloatArray) -> FloatArray:
     return mean_energy(total, whole)
 
 
-def largest_of(evidence: Evidence) -> str:
-    """Return the channel, with its joint, whose energy is the most times its expectation."""
-    excess = evidence.excess(evidence.base)
-    if not np.isfinite(excess).any():
-        return ""
-    channel = evidence.simulator.channels[int(np.nanargmax(excess))]
-    return f"{channel.name} {channel.joint}".strip()
-
-
 def clearest_there(causes: Sequence[tuple[str, Sequence[str]]], remaining: Where) -> Iterator[str]:
     """Say for each joint of a named cause if what remains is clearest there, one sentence each.
 

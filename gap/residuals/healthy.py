@@ -12,6 +12,7 @@ from gap.residuals.evidence import Evidence, mean_energy
 from gap.residuals.floor import make_floor
 from gap.residuals.part_error import PartError
 from gap.residuals.parts import RunCondition, TrialPart, block_starts
+from gap.residuals.unrepeated import unrepeated
 from gap.residuals.whitening import Whitener, make_whitener
 from model.values.arrays import FloatArray, IntArray
 
@@ -40,16 +41,23 @@ class Healthy(WhitenedRun):
     Attributes:
         whitener: The map into these units.
         excess: Energy over expectation of each channel, (C,); NaN where unused.
+        unrepeated: What is another in each cycle (``gap.residuals.unrepeated``), (C,).
     """
 
     whitener: Whitener
     excess: FloatArray
+    unrepeated: FloatArray
 
     def scaled(self, factor: FloatArray) -> "Healthy":
         """Return it in units of an expectation whose variance is ``factor``, (C,), times as large."""
         whitener = replace(self.whitener, gain=self.whitener.gain / np.sqrt(factor))
-        residual, excess = self.residual / np.sqrt(factor), self.excess / factor
-        return replace(self, whitener=whitener, residual=residual, excess=excess)
+        return replace(
+            self,
+            whitener=whitener,
+            residual=self.residual / np.sqrt(factor),
+            excess=self.excess / factor,
+            unrepeated=self.unrepeated / factor,
+        )
 
 
 def healthy_runs(
@@ -90,7 +98,8 @@ def healthy_runs(
         excess = mean_energy(
             (residual[fitted] ** 2).sum(axis=0), whitener.count[fitted].sum(axis=0)
         )
-        each.append(Healthy(part, residual, block_starts(part.observation), whitener, excess))
+        blocks, another = block_starts(part.observation), unrepeated(part, residual[fitted])
+        each.append(Healthy(part, residual, blocks, whitener, excess, another))
     return tuple(each)
 
 

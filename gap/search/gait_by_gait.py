@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.search.scatter import HealthyScatter, Scatter, healthy_scatter
+from gap.residuals.moderated import Scatter
+from gap.search.scatter import HealthyScatter, healthy_scatter
 from gap.search.sizes import Sizes
 
 

@@ -67,7 +67,7 @@ class Selection:
         p: Chance that a healthy machine shows any candidate as large as the best of the first step (or of
             the first after what vibrates, if that is less, for two looks); 1 if there was none.
         nearest: The candidate with that chance.
-        refused: What was new, but held-out runs spoke against.
+        refused: Steps to what was new, but held-out runs spoke against.
     """
 
     fitted: Fitted
@@ -75,7 +75,7 @@ class Selection:
     steps: tuple[Step, ...]
     p: float = 1.0
     nearest: Option | None = None
-    refused: tuple[Option, ...] = ()
+    refused: tuple[Step, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -190,7 +190,7 @@ class Look:
         if fitted.causes:
             return OPEN_LEVEL
         left = chance_of_energies(self.evidence, fitted.residual, self.known.each)
-        return OPEN_LEVEL if left < ENERGY_LEVEL else CAUSE_LEVEL
+        return OPEN_LEVEL if left.p < ENERGY_LEVEL else CAUSE_LEVEL
 
     def least_nats(self, unseen: FloatArray) -> float:
         """Return what a cause has to gain where there are no references, of what is left in each block."""

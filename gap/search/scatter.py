@@ -1,9 +1,9 @@
 """How much the size of a cause differs between runs, steadied by what is like it.
 
 A few references show a scatter badly. So the scatter of a cause at one joint is pooled with that at the
-joints at which the effect could act as well, as far as these scatter alike: their variances are one draw
-each of a distribution whose width is estimated (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3, section
-6.2). A cause without other joints is steadied in the same way by all other causes, in units of noise.
+joints at which the effect could act as well, as far as these scatter alike
+(``gap.residuals.moderated``). A cause without other joints is steadied in the same way by all other
+causes, in units of noise.
 """
 
 from collections.abc import Sequence
@@ -13,35 +13,22 @@ import numpy as np
 from scipy import special
 
 from gap.constants import JOINT_UNLIKE, JOINTS_DIFFER, JOINTS_DIFFER_WORTH
+from gap.residuals.moderated import (
+    UNKNOWN,
+    Scatter,
+    bias_of_log,
+    prior,
+    scatter_of_all,
+    steadied,
+    trigamma,
+    trigamma_inverse,
+)
 from gap.search.sizes import Sizes, scatter_of, scatters_of
 from model.values.arrays import FloatArray
 
-MOST_FREE = 1e6  # degrees of freedom that count as a variance that is known
 FEWEST_SIZES = 2  # of a joint's references, from which they have a scatter
 FEWEST_CAUSES = 8  # from which their variances have a distribution
 LEAST_VARIANCE = 1e-6  # of noise's
-TRIGAMMA_PRECISE = 1e-9
-MOST_STEPS = 50  # five to ten are needed
-
-
-@dataclass(frozen=True, slots=True)
-class Scatter:
-    """Variance of one run, and the degrees of freedom that it is known with.
-
-    Attributes:
-        gaits_differ: Variance between gaits over that between runs of one gait.
-    """
-
-    variance: float
-    free: float
-    gaits_differ: float = 0.0
-
-    def times(self, factor: float) -> "Scatter":
-        """Return it in other units."""
-        return replace(self, variance=self.variance * factor)
-
-
-UNKNOWN = Scatter(0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +87,9 @@ def pooled(own: Sequence[Sizes], others: Sequence[Sizes], usual: Scatter = UNKNO
     prior_free = 2.0 * trigamma_inverse(_differ(logs, frees))
     # the joint's own runs have half a say at least: it may be the one that is unlike the others
     prior_free = min(prior_free, max(float(free), 1.0))
-    return steadied(alone, _prior(float(np.mean((logs - _bias(frees))[: len(there)])), prior_free))
+    return steadied(
+        alone, prior(float(np.mean((logs - bias_of_log(frees))[: len(there)])), prior_free)
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,16 +124,6 @@ def healthy_scatter(
     return HealthyScatter(alike, pooled(own, (), usual) if others else alike)
 
 
-def steadied(own: Scatter, by: Scatter) -> Scatter:
-    """Return a scatter with another's say in it, which is at most as much as its own."""
-    free = min(by.free, max(own.free, 1.0))
-    if not free > 0.0:
-        return own
-    square = own.free * own.variance if own.free else 0.0
-    whole = own.free + free
-    return Scatter((square + free * by.variance) / whole, whole)
-
-
 def usual_scatter(
     variances: FloatArray, frees: FloatArray, weights: FloatArray, gaits_differ: float = 0.0
 ) -> Scatter:
@@ -158,24 +137,8 @@ def usual_scatter(
     """
     if len(variances) < FEWEST_CAUSES:
         return UNKNOWN
-    share = weights / weights.sum()
-    logs = np.log(np.maximum(variances, LEAST_VARIANCE)) - _bias(frees)
-    centre = float(share @ logs)
-    spread = float(share @ (logs - centre) ** 2) / max(1.0 - float(share @ share), 1e-9)
-    differ = spread - float(share @ _trigamma(frees / 2))
-    free = 2.0 * trigamma_inverse(max(differ, 0.0))
-    return replace(_prior(centre, free), gaits_differ=gaits_differ)
-
-
-def _prior(centre: float, free: float) -> Scatter:
-    """A scatter whose logarithm, free of the bias of few runs, is expected at ``centre``."""
-    return Scatter(float(np.exp(centre + _bias(free))), free)
-
-
-def _bias(free: FloatArray | float) -> FloatArray:
-    """Expectation of the logarithm of a variance that is estimated, minus that of the true one."""
-    half = np.asarray(free) / 2.0
-    return np.asarray(special.digamma(half) - np.log(half))
+    known = scatter_of_all(np.maximum(variances, LEAST_VARIANCE), frees, weights)
+    return replace(known, gaits_differ=gaits_differ)
 
 
 def _differ(logs: FloatArray, frees: FloatArray) -> float:
@@ -184,34 +147,9 @@ def _differ(logs: FloatArray, frees: FloatArray) -> float:
     Estimated from few joints, so it is drawn towards what joints of machines differ by.
     """
     joints = len(logs) - 1
-    beyond = float(logs.var(ddof=1) - np.mean(_trigamma(frees / 2))) if joints > 0 else 0.0
+    beyond = float(logs.var(ddof=1) - np.mean(trigamma(frees / 2))) if joints > 0 else 0.0
     worth = float(JOINTS_DIFFER_WORTH)
     return (joints * max(beyond, 0.0) + worth * JOINTS_DIFFER) / (joints + worth)
-
-
-def trigamma_inverse(value: float) -> float:
-    """Return where the trigamma function has a value, by Newton's steps on its inverse.
-
-    Smyth 2004, as above, appendix.
-    """
-    low, high = 1e-3, MOST_FREE
-    if value >= _trigamma(low):
-        return low
-    if value <= _trigamma(high):
-        return high
-    at = 0.5 + 1.0 / value
-    for _ in range(MOST_STEPS):
-        here = float(_trigamma(at))
-        step = here * (1.0 - here / value) / (-2.0 * float(special.zeta(3.0, at)))
-        at += step
-        if abs(step) <= TRIGAMMA_PRECISE * at:
-            break
-    return at
-
-
-def _trigamma(value: FloatArray | float) -> FloatArray:
-    """Second derivative of the logarithm of the gamma function; a Hurwitz zeta function."""
-    return np.asarray(special.zeta(2.0, value))
 
 
 def variances_of(each: Sequence[Sizes], gaits_differ: float) -> FloatArray:

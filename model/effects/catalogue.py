@@ -183,7 +183,7 @@ CATALOGUE = (
         "The centre of mass is not at the body's origin: loads shift towards it.",
         "Weigh the robot on three points; move the battery."),
     _effect("support", "payload", ALL, _numbers("mass_kg", "kg", 0.0, 5.0, 0.5, _APART)
-        + _numbers("x_m y_m", "m", -0.3, 0.3, 0.08, _APART),
+        + _numbers("x_m y_m", "m", -0.45, 0.45, 0.08, _APART),
         "Something rides on the body: all loads grow, most where it sits.",
         "Take it off, or add its mass to the robot file."),
     _effect("support", "chassis_twist", ALL, _numbers("rad_per_nm", "rad/(N m)", 0.0, 0.05, 0.004),

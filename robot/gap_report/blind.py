@@ -9,10 +9,12 @@ KINDS = (
     ("shaft", "joint angles"),
     ("foot", "foot markers"),
     ("force", "force sensors"),
+    ("total_force", "force sensors"),
     ("body", "the body's pose"),
     ("roll", "the body's pose"),
     ("pitch", "the body's pose"),
 )
+OF_BOTH = "total_moment"  # of forces at markers: if one of these is missing, it is named itself
 
 
 def blind_lines(spots: BlindSpots) -> list[str]:
@@ -47,6 +49,8 @@ def blind_json(spots: BlindSpots) -> dict[str, object]:
 def sensors_of(channels: Sequence[str]) -> tuple[str, ...]:
     """Return the sensors that channels come from, in a few words, each once."""
     kinds = (
-        next((words for start, words in KINDS if name.startswith(start)), name) for name in channels
+        next((words for start, words in KINDS if name.startswith(start)), name)
+        for name in channels
+        if not name.startswith(OF_BOTH)
     )
     return tuple(dict.fromkeys(kinds))

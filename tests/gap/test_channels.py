@@ -40,7 +40,8 @@ def test_every_channel_is_the_mean_of_its_signal(frames: int) -> None:
     wide = np.column_stack([
         signals.shaft_rad - command, signals.foot_m.reshape(frames, -1), signals.force_n[..., 2],
         signals.body_m[:, 2], signals.body_rad[:, :2], signals.force_n[..., :2].reshape(frames, -1),
-        *velocity, grid.slope(signals.body_rad[:, 2], TWIST_WINDOW_S),
+        *velocity, grid.slope(signals.body_rad[:, 2], TWIST_WINDOW_S), signals.force_n.sum(axis=1),
+        np.cross(signals.foot_m, signals.force_n).sum(axis=1),
     ])  # fmt: skip
 
     channels = to_channels(grid, command, signals)

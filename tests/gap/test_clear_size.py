@@ -6,11 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gap.constants import SHOWN
+from gap.residuals.moderated import Scatter
 from gap.search.clear_size import clear_size, clear_square
 from gap.search.cross_validation import Advantage
 from gap.search.novelty import chance_of
 from gap.search.options import worth, worth_size
-from gap.search.scatter import NOTHING_USUAL, HealthyScatter, Scatter
+from gap.search.scatter import NOTHING_USUAL, HealthyScatter
 from gap.search.sizes import Sizes
 from tests.gap.sizes_of_runs import walked
 

@@ -188,3 +188,20 @@ def test_of_several_causes_one_that_may_be_nothing_is_not_named(
     assert len(again.last) == len(kept)
     alone, _ = drop_unclear(comparison, selected(comparison, [little]), far, 0)
     assert [one.effect for one in alone.fitted.causes] == ["bias"]  # it is what shows the gap
+
+
+@pytest.mark.parametrize(("idle", "kept"), [(True, 1), (False, 2)])
+def test_one_that_adds_nothing_is_not_named_if_it_is_as_likely_nothing_as_not(
+    monkeypatch: pytest.MonkeyPatch, idle: bool, kept: int
+) -> None:
+    true, little = Cause("stiffness", ("c",), (0.8,)), Cause("bias", ("a",), (0.001,))
+    study = make_study(toy_case([true], 3), Toy(), toy_references(6))
+    comparison = compare(study, lambda _: None)
+    selection = selected(comparison, [true, little])
+    monkeypatch.setattr(
+        drop_module, "clear_of_nothing", lambda one, *_: (1.0, 0.3)[: len(one.steps)]
+    )
+    far = how_far(comparison.held, selection.fitted.causes, 0)
+    far = replace(far, last=(0.6, 0.001 if idle else 0.02))
+    left, _ = drop_unclear(comparison, selection, far, 0)
+    assert len(left.steps) == kept

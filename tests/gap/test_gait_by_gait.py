@@ -7,10 +7,11 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from gap.constants import SHOWN
+from gap.residuals.moderated import UNKNOWN
 from gap.search.clear_size import clear_size
 from gap.search.gait_by_gait import gait_by_gait
 from gap.search.novelty import chance_of
-from gap.search.scatter import NOTHING_USUAL, UNKNOWN
+from gap.search.scatter import NOTHING_USUAL
 from gap.search.sizes import Sizes
 from tests.gap.sizes_of_runs import walked
 

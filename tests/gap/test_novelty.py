@@ -92,7 +92,7 @@ def test_an_unseen_frequency_is_judged_by_references_of_other_frequencies() -> N
 
 def test_what_a_healthy_machine_leaves_as_well_is_no_sign_of_something_unknown() -> None:
     usual = Fit(0.4, excess_after=1.1, worst_after=1.5, p_after=0.5, nats_after=0.0)
-    odd = replace(usual, p_after=0.001)
+    odd = replace(usual, p_after=1e-5)
     assert none_of_them(usual, 1, referenced=True) < 0.1
     assert none_of_them(odd, 1, referenced=True) > 0.5
 

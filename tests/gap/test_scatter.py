@@ -6,18 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import special, stats
 
+from gap.residuals.moderated import UNKNOWN, Scatter, steadied, trigamma_inverse
 from gap.search.novelty import chance_of
-from gap.search.scatter import (
-    FEWEST_CAUSES,
-    UNKNOWN,
-    Scatter,
-    Usual,
-    UsualScatter,
-    pooled,
-    steadied,
-    trigamma_inverse,
-    usual_scatter,
-)
+from gap.search.scatter import FEWEST_CAUSES, Usual, UsualScatter, pooled, usual_scatter
 from model.values.arrays import FloatArray
 from tests.gap.sizes_of_runs import walked
 

@@ -6,8 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import linalg, stats
 
+from gap.residuals.moderated import Scatter
 from gap.search.novelty import chance_of
-from gap.search.scatter import Scatter, Usual
+from gap.search.scatter import Usual
 from gap.search.sizes import (
     SHARES,
     ahead_of,

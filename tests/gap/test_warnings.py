@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gap.constants import ENERGY_LEVEL
 from gap.diagnosis.detection import Detection
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Verdict
 from gap.diagnosis.study import make_study
 from gap.diagnosis.verdict import gap_exists, verdict_of, warnings_of
-from gap.diagnosis.where import largest_of
 from gap.interfaces import Cause
 from gap.search.candidates import candidates_of
 from gap.search.cross_validation import unseen_score
 from gap.search.fit import fit_causes
-from gap.search.look import Selection
+from gap.search.look import Selection, Step
 from gap.search.options import CAUSE_LEVEL, fit_option
 from tests.gap.toy import LIKE, Toy, toy_case, toy_references, walked_day
 
@@ -34,10 +34,15 @@ def test_a_cause_that_held_out_runs_speak_against_is_a_gap_without_a_name_and_sa
     offset = next(one for one in candidates_of(study.simulator) if one.effect.name == "offset")
     refused = fit_option(evidence, offset, (offset.cause((0.01,)),), empty.unseen)
     (said,) = set(
-        warnings_of(study, 50, (), d.far, shown, replace(empty, refused=(refused,)))
+        warnings_of(
+            study, 50, (), d.far, shown, replace(empty, refused=(Step(refused, (), 0.003),))
+        )
     ) - set(warnings_of(study, 50, (), d.far, d.detection, empty))
     assert said.startswith(f"offset at {offset.joints[0]} (offset_rad ")
-    assert "fitted to these runs, is larger than in the references" in said
+    assert (
+        "fitted to these runs, is larger than in the references (chance in healthy runs 0.003)"
+        in said
+    )
 
 
 @pytest.mark.parametrize(
@@ -46,7 +51,7 @@ def test_a_cause_that_held_out_runs_speak_against_is_a_gap_without_a_name_and_sa
         (0.0437, 0.6, "tether (x_n 0."),
         (0.09, 0.6, ""),
         (0.06, 0.3, "tether (x_n 0."),
-        (0.3, 0.06, "what is left"),
+        (0.3, 0.012, "what is left"),
     ],
 )
 def test_what_is_nearly_a_gap_is_said(p_cause: float, p_energy: float, said: str) -> None:
@@ -57,10 +62,10 @@ def test_what_is_nearly_a_gap_is_said(p_cause: float, p_energy: float, said: str
     tether = next(one for one in candidates_of(study.simulator) if one.effect.name == "tether")
     nearest = fit_option(evidence, tether, (tether.cause((0.1,)),), unseen_score(evidence, empty))
     far = diagnose(toy_case(seed=3), Toy(), toy_references(3)).far
-    p = 0.05 * min(p_cause / CAUSE_LEVEL, p_energy / 0.05)
-    shown = Detection(False, p, p_cause, p_energy, 1.0, 0.14, 6)
+    p = 0.05 * min(p_cause / CAUSE_LEVEL, p_energy / ENERGY_LEVEL)
+    shown = Detection(False, p, p_cause, p_energy, 1.0, 0.14, 6, "speed")
     looked = Selection(empty, np.zeros(len(evidence.starts)), (), nearest=nearest)
-    noted = warnings_of(study, 50, (), far, shown, looked, largest_of(evidence))
+    noted = warnings_of(study, 50, (), far, shown, looked)
     words = [one for one in noted if "nearly" in one]
     assert len(words) == bool(said)
     if said:

@@ -19,11 +19,17 @@ SWITCH_S = 0.06  # nor is a contact's timing better known than this
 SWITCH_WEIGHT = 0.25
 CONTACT_N = 1.0
 AXES = "xyz"
+CHANNELS_OF_BODY = 12  # its pose and velocities, and the total force on all feet
 SIDE, MIDDLE = float(DOWN[0]), float(DOWN[1])
 
 
 def channels(names: MachineNames) -> tuple[Channel, ...]:
-    """Return the channels of J joints and N legs, J + 6 N + 6, in the order of ``to_channels``."""
+    """Return the channels of J joints and N legs, J + 6 N + 12, in the order of ``to_channels``.
+
+    The total force on all feet is known better than that on each: feet that stick push against each other,
+    otherwise on each day. It is the weight and what pulls at the robot, and its moment about the body's
+    origin says where the weight is.
+    """
     legs = names.legs
     return (
         *(Channel("shaft_error", joint, "actuation", "rad") for joint in names.joints),
@@ -36,6 +42,10 @@ def channels(names: MachineNames) -> tuple[Channel, ...]:
         Channel("body_vx", "", "dynamics", "m/s"),
         Channel("body_vy", "", "dynamics", "m/s"),
         Channel("body_wz", "", "dynamics", "rad/s"),
+        *(Channel(f"total_force_{a}", "", "friction", "N") for a in AXES[:2]),
+        Channel("total_force_z", "", "support", "N"),
+        *(Channel(f"total_moment_{a}", "", "support", "N m") for a in AXES[:2]),
+        Channel("total_moment_z", "", "friction", "N m"),
     )
 
 
@@ -46,7 +56,7 @@ def to_channels(grid: Grid, command_rad: FloatArray, signals: SensorSignals) -> 
     """
     pose = np.column_stack([signals.body_m[:, :2], signals.body_rad[:, 2]])
     joints, legs = command_rad.shape[1], signals.force_n.shape[1]
-    out = np.empty(((grid.frames + 1) // 2, joints + 6 * legs + 6))
+    out = np.empty(((grid.frames + 1) // 2, joints + 6 * legs + CHANNELS_OF_BODY))
     shaft, command, foot, force, body, angle, velocity = map(given_rows, (
         signals.shaft_rad, command_rad, signals.foot_m, signals.force_n, signals.body_m,
         signals.body_rad, body_velocity(grid, pose),
@@ -89,11 +99,38 @@ def _lay(
             out[row, support + legs + 1 + i] = _averaged(angle[a, i], angle[f, i], angle[b, i])
         for i in range(3):
             out[row, dynamics + i] = _averaged(velocity[a, i], velocity[f, i], velocity[b, i])
+            out[row, dynamics + 3 + i] = _averaged(
+                _total(force[a], i), _total(force[f], i), _total(force[b], i)
+            )
+            out[row, dynamics + 6 + i] = _averaged(
+                _moment(foot[a], force[a], i),
+                _moment(foot[f], force[f], i),
+                _moment(foot[b], force[b], i),
+            )
 
 
 @compiled
 def _averaged(before: float, here: float, after: float) -> float:
     return SIDE * (before + after) + MIDDLE * here
+
+
+@compiled
+def _total(force: FloatArray, axis: int) -> float:
+    """The total force along an axis; forces are (N, 3)."""
+    total = 0.0
+    for k in range(force.shape[0]):
+        total += force[k, axis]
+    return total
+
+
+@compiled
+def _moment(foot: FloatArray, force: FloatArray, axis: int) -> float:
+    """Its moment about an axis through the body's origin; feet and forces are (N, 3)."""
+    second, third = (axis + 1) % 3, (axis + 2) % 3
+    total = 0.0
+    for k in range(force.shape[0]):
+        total += foot[k, second] * force[k, third] - foot[k, third] * force[k, second]
+    return total
 
 
 def make_observation(inputs: LeggedInputs, load_n: FloatArray, length_m: float) -> Observation:
@@ -107,7 +144,9 @@ def make_observation(inputs: LeggedInputs, load_n: FloatArray, length_m: float) 
     grid = inputs.grid
     joints, legs = inputs.command_rad.shape[1], inputs.force_n.shape[1]
     values = to_channels(grid, inputs.command_rad, inputs)
-    noise = np.broadcast_to(_noise(grid, inputs.trial.header.noise, joints, legs), values.shape)
+    noise = np.broadcast_to(
+        _noise(grid, inputs.trial.header.noise, joints, legs, length_m), values.shape
+    )
     time_s = grid.time_s[::2]
     frequency_hz = inputs.trial.header.frequency_hz
     cycle = gait_cycle(grid.time_s, inputs.command_rad, inputs.shaft_rad, frequency_hz)
@@ -128,7 +167,7 @@ def _reach(inputs: LeggedInputs, length_m: float) -> tuple[float, float]:
     return (float(x.min()) - length_m, float(x.max()) + length_m)
 
 
-def _noise(grid: Grid, given: TrialNoise, joints: int, legs: int) -> FloatArray:
+def _noise(grid: Grid, given: TrialNoise, joints: int, legs: int, length_m: float) -> FloatArray:
     def sigma(name: str) -> float:
         value: float = getattr(given, name)
         return value if np.isfinite(value) and value > 0 else float(getattr(ASSUMED, name))
@@ -146,6 +185,8 @@ def _noise(grid: Grid, given: TrialNoise, joints: int, legs: int) -> FloatArray:
         np.full(2 * legs, mean * sigma("force_n")),
         np.full(2, slope / fine * sigma("body_position_m")),
         [slope / fine * sigma("body_angle_rad")],
+        np.full(3, np.sqrt(legs) * mean * sigma("force_n")),
+        np.full(3, np.sqrt(legs) * mean * sigma("force_n") * 0.5 * length_m),
     ])  # fmt: skip
 
 
@@ -154,7 +195,7 @@ def _weight(
 ) -> FloatArray:
     """Less where a foot touches down or lifts off, nothing at the ends, (F, C)."""
     frames = grid.frames
-    before_loads = shape[1] - 3 * load_n.shape[1] - 6  # channels of shafts and free feet
+    before_loads = shape[1] - 3 * load_n.shape[1] - CHANNELS_OF_BODY  # shafts and free feet
     near = np.zeros(frames, dtype=bool)
     reach = max(1, round(SWITCH_S / grid.period_s))
     for loads in (force_z, load_n):

@@ -17,7 +17,7 @@ from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.gap_report import diagnose
 from robot.gap_report.abilities import Ability, abilities, machine_simulator
-from robot.gap_report.blind import blind_json, blind_lines
+from robot.gap_report.blind import blind_json, blind_lines, sensors_of
 from robot.gap_report.imports import TableReport, all_lines
 from robot.virtual.twin_run import make_twin, plan_of, walk_fast
 
@@ -185,7 +185,8 @@ def test_with_every_sensor_only_what_does_nothing_hides(whole: Trial) -> None:
 def test_without_a_sensor_its_own_effects_hide_and_the_sensor_is_named(whole: Trial) -> None:
     simulator = machine_simulator(whole.header)
     spots = blind_spots(simulator, [without(whole, "force_n")])
-    assert spots.missing == ("force_z", "force_x", "force_y")
+    totals = tuple(f"total_{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
+    assert spots.missing == ("force_z", "force_x", "force_y", *totals)
     hidden = {one.effect for one in spots.effects}
     own = {e.name for e in simulator.effects if e.name.startswith("force_")}
     # the common scale of friction is invisible without newtons (gap-contract, 4)
@@ -197,6 +198,13 @@ def test_without_a_sensor_its_own_effects_hide_and_the_sensor_is_named(whole: Tr
     assert "to be seen with force sensors" in text
     listed = blind_json(spots)["cannot_be_seen"]
     assert {"effect": "friction_level", "sensors": ("force sensors",)} in listed  # type: ignore[operator]
+
+
+def test_without_markers_no_force_sensor_is_said_to_be_missing(whole: Trial) -> None:
+    """The moment of forces needs both; only what is missing is named."""
+    spots = blind_spots(machine_simulator(whole.header), [without(whole, "foot_m")])
+    assert {"foot_x", "total_moment_x"} <= set(spots.missing)
+    assert sensors_of(spots.missing) == ("foot markers",)
 
 
 def test_joints_alone_show_what_moves_shafts_and_nothing_else(whole: Trial) -> None:
