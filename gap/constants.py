@@ -400,6 +400,10 @@ FORM_DIFFERS = Constant(
     "as left",
     "on the 19 realities (seed 1127, labels open)",
 )
+ROUGH_CLOSES = Constant(
+    0.5, "share of the gap that a cause of a roughly known form closes if nothing else is there",
+    "four right ones (play, friction, give) close 0.3 to 0.6, two false ones 0.05 (labels open)",
+)  # fmt: skip
 ROUGH_DIFFERS = Constant(
     0.7,
     "the same of an effect that is rough: a shaft in its play bounces, friction differs with every gear",

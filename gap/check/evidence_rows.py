@@ -46,7 +46,7 @@ def none_rows(cases: Sequence[CheckedCase]) -> CaseRows:
             or not (case.answer.referenced and gap_declared(case))
         ):
             continue
-        rest = (math.nan, left.acting, left.there, left.unwatched)
+        rest = (math.nan, left.acting, left.there, left.unwatched, left.rough)
         fit = Fit(left.closed, left.excess, left.worst, left.p, *rest)
         features.append(none_features(fit, len(case.answer.named)))
         outcomes.append(case.kind in {OUTSIDE, REMOVED})

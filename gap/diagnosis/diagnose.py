@@ -244,7 +244,14 @@ def _fit(comparison: GapEvidence, selection: Selection, far: HowFar) -> Fit:
         closed_acting=closed_beyond(evidence, unseen, runs) if causes else 1.0,
         left_there=left_of(far, causes, evidence.effects) if runs else 0.0,
         unwatched=float(len(unwatched_stages(evidence.simulator.channels, measured))),
+        rough=float(bool(runs) and _largest_is_rough(selection)),
     )
+
+
+def _largest_is_rough(selection: Selection) -> bool:
+    """Whether the form of the cause that gains most is only roughly known."""
+    chosen = [step.chosen for step in selection.steps]
+    return bool(chosen) and max(chosen, key=lambda one: one.over.nats).added.effect.rough
 
 
 def _diagnosis(

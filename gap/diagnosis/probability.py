@@ -27,6 +27,7 @@ from gap.constants import (
     NONE_UNWATCHED,
     NONE_WORST,
     NONE_WORST_ALONE,
+    ROUGH_CLOSES,
     ROUGH_DIFFERS,
     SURELY_ODD,
     TEMPERATURE,
@@ -79,6 +80,7 @@ class Fit:
         left_there: How much more is left at joints of causes on held-out runs than at others, see
             ``gap.residuals.left_there``; 0 where that is unknown.
         unwatched: How many stages of the chain have no channel that was measured; only whether any matters.
+        rough: 1 if the form of the cause that gains most is only roughly known, and references judge it.
     """
 
     closed: float
@@ -89,6 +91,7 @@ class Fit:
     closed_acting: float = 1.0
     left_there: float = 0.0
     unwatched: float = 0.0
+    rough: float = 0.0
 
 
 def none_of_them(fit: Fit, causes: int, referenced: bool) -> float:
@@ -161,16 +164,20 @@ def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
     act, what is left at their joints on held-out runs, and whether a stage of the chain is not measured
     (0 or 1). Of a large cause that is right a few percent may be left. What a healthy machine leaves too is
     no sign that something is missing. What is wrong in a stage that is not measured shows only in what
-    follows from it, and there a cause of another stage can look the same.
+    follows from it, and there a cause of another stage can look the same. A cause whose form is only
+    roughly known closes less than all.
     """
+    closed, acting = fit.closed, fit.closed_acting
+    if fit.rough:
+        closed, acting = (min(1.0, one / ROUGH_CLOSES) for one in (closed, acting))
     odd = min(1.0, -math.log(max(fit.p_after, 1e-9)) / -math.log(SURELY_ODD))
     return (
         1.0,
-        odd * (1.0 - fit.closed),
+        odd * (1.0 - closed),
         odd * math.log(max(fit.excess_after, 1.0)),
         odd * math.log(max(fit.worst_after, 1.0)),
         max(0, causes - 2),
-        1.0 - fit.closed_acting,
+        1.0 - acting,
         fit.left_there,
         min(fit.unwatched, 1.0),
     )

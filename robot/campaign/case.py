@@ -145,7 +145,8 @@ def _remainder(fit: Mapping[str, Any] | None) -> Remainder | None:
     if fit is None:
         return None
     names = ("closed", "excess_after", "worst_after", "p_after")
-    since = (("closed_acting", 1.0), ("left_there", 0.0), ("unwatched", 0.0))  # not in earlier ones
+    # not in earlier ones
+    since = (("closed_acting", 1.0), ("left_there", 0.0), ("unwatched", 0.0), ("rough", 0.0))
     return Remainder(
         *(_number(fit.get(name)) for name in names),
         *(_number(fit.get(name, usual)) for name, usual in since),

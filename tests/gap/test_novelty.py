@@ -97,6 +97,18 @@ def test_what_a_healthy_machine_leaves_as_well_is_no_sign_of_something_unknown()
     assert none_of_them(odd, 1, referenced=True) > 0.5
 
 
+def test_a_cause_of_a_roughly_known_form_may_leave_half_of_what_it_does() -> None:
+    """Play, friction and give of a servo: no two machines have them in one form."""
+    known = Fit(
+        0.5, excess_after=1.5, worst_after=7.0, p_after=1e-5, nats_after=0.0, closed_acting=0.5
+    )
+    rough = replace(known, rough=1.0)
+    assert none_of_them(known, 1, referenced=True) > 0.8
+    assert none_of_them(rough, 1, referenced=True) < 0.05
+    resembling = replace(rough, closed=0.05, closed_acting=0.05)
+    assert none_of_them(resembling, 1, referenced=True) > 0.9, "it is something else"
+
+
 def test_fits_begin_where_a_place_is_likely() -> None:
     """An edge may be as far as ten metres; runs of half a metre cross it near their start or not at all."""
     step = next(e for e in simulator().effects if e.name == "ground_step")
