@@ -96,8 +96,7 @@ def open_rivals(
         own = [
             # not the other way round: a cause of any size imitates an alternative that does nothing
             OpenRival(**asdict(one), separation=separation(chosen, option.fitted, weights))
-            for option, one in zip(step.rivals, known, strict=True)
-            if option.added.family not in named  # what is named itself does not stand in its place
+            for option, one in zip(selection.rivals_of(number), known, strict=True)
         ]
         left_open = [
             one

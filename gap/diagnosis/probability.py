@@ -227,11 +227,12 @@ def chances(
     """
     out = []
     for i, step in enumerate(selection.steps):
-        behinds = [behind_of(one, step.chosen, strata) for one in step.rivals]
+        others = selection.rivals_of(i)
+        behinds = [behind_of(one, step.chosen, strata) for one in others]
         weights, alike = [], step.chosen.added.effect.alike
-        fitted = {one.added.effect.name for one in step.rivals}
+        fitted = {one.added.effect.name for one in others}
         unfitted = sum(name not in fitted for name in alike)
-        for one, behind in zip(step.rivals, behinds, strict=True):
+        for one, behind in zip(others, behinds, strict=True):
             if one.added.effect.name in alike:  # no fit can tell them apart
                 weights.append(1.0)
                 continue
@@ -251,7 +252,7 @@ def chances(
                 one.added.effect.name,
                 vibration_nats=vibration_nats_of(one, step.chosen),
             )
-            for one, weight, behind in zip(step.rivals, weights, behinds, strict=True)
+            for one, weight, behind in zip(others, weights, behinds, strict=True)
         )
         out.append((share, rivals))
     return tuple(out)

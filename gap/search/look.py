@@ -77,6 +77,11 @@ class Selection:
     nearest: Option | None = None
     refused: tuple[Step, ...] = ()
 
+    def rivals_of(self, at: int) -> tuple[Option, ...]:
+        """Return the alternatives to a cause; what is named as well does not stand in its place."""
+        named = {step.chosen.added.family for step in self.steps}
+        return tuple(one for one in self.steps[at].rivals if one.added.family not in named)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Known:

@@ -103,6 +103,11 @@ def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:
     steps = (Step(delay, (lag,)), Step(option("lag", "delay", "lag"), ()))
     named = replace(alone, fitted=both, steps=steps)
     assert opened(evidence, named) == []
+    ((before, rivals),) = chances(alone, evidence.block_part, 0.0, 0.0, (1.0,))
+    assert [one.effect for one in rivals] == ["lag"]
+    assert before + rivals[0].probability == pytest.approx(1.0)
+    (after, none), _ = chances(named, evidence.block_part, 0.0, 0.0, (1.0, 1.0))
+    assert (after, none) == (1.0, ()), "what is named beside it takes nothing of its probability"
 
 
 @pytest.mark.parametrize(
