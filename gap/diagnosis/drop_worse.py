@@ -19,13 +19,12 @@ from gap.constants import (
 from gap.diagnosis.gap_evidence import GapEvidence
 from gap.diagnosis.held_stage import agrees, helps_its_stage
 from gap.diagnosis.how_far import HowFar, how_far
-from gap.diagnosis.probability import clear_of_nothing
+from gap.diagnosis.probability import HALF, clear_of_nothing
 from gap.search.candidates import families_of, size_of
 from gap.search.look import Selection
 from gap.search.replacement import fitted_for, in_its_place, left_out
 from gap.search.standard_errors import standard_errors
 
-HALF = 0.5  # probability
 RIVALS = 2  # of a cause, that are tried in its place
 
 

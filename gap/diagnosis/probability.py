@@ -40,6 +40,8 @@ from gap.search.look import Selection
 from gap.search.options import Option
 from model.values.arrays import FloatArray, IntArray
 
+HALF = 0.5  # chance that a cause's size is not nothing, below which it is more likely nothing
+
 
 @dataclass(frozen=True, slots=True)
 class RivalCause:

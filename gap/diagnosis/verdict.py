@@ -10,6 +10,7 @@ from gap.diagnosis.detection import Detection
 from gap.diagnosis.findings import NamedCause, Value, Verdict
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.motor_current import current_words
+from gap.diagnosis.probability import HALF
 from gap.diagnosis.study import Study
 from gap.diagnosis.trend import Trend
 from gap.interfaces import Cause, Effect, place_words
@@ -23,7 +24,6 @@ from model.values.arrays import FloatArray
 
 FEW_BLOCKS = 6
 CLEARLY_LEFT = 1.0  # e-folds of energy
-HALF = 0.5  # probability
 LITTLE = 0.25  # share of the gap on held-out runs that is little for causes that are named
 
 

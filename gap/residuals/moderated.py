@@ -35,8 +35,8 @@ class Scatter:
     def beside(self, usual: "Scatter") -> "Scatter":
         """Return it with what is usual as known before, as much as that is worth."""
         whole = self.free + usual.free
-        square = self.free * self.variance + usual.free * usual.variance
-        return Scatter(square / whole, whole)
+        square = self.free * self.variance if self.free else 0.0
+        return Scatter((square + usual.free * usual.variance) / whole, whole)
 
 
 UNKNOWN = Scatter(0.0, 0.0)
@@ -45,11 +45,7 @@ UNKNOWN = Scatter(0.0, 0.0)
 def steadied(own: Scatter, by: Scatter) -> Scatter:
     """Return a scatter with another's say in it, which is at most as much as its own."""
     free = min(by.free, max(own.free, 1.0))
-    if not free > 0.0:
-        return own
-    square = own.free * own.variance if own.free else 0.0
-    whole = own.free + free
-    return Scatter((square + free * by.variance) / whole, whole)
+    return own.beside(replace(by, free=free)) if free > 0.0 else own
 
 
 def scatter_of_all(variances: FloatArray, frees: FloatArray, weights: FloatArray) -> Scatter:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from gap.residuals.parts import TrialPart
-from model.values.arrays import IntArray
+from model.values.arrays import FloatArray, IntArray
 
 PHASE_BINS = 8
 
@@ -12,5 +12,9 @@ def phase_bins(part: TrialPart) -> IntArray:
     """Phase bin of each frame of a part, (F,); 0 throughout where there are no cycles."""
     cycle = part.observation.cycle
     known = np.isfinite(cycle).all()
-    phase = np.mod(cycle, 1.0) if known else np.zeros(part.frames)
-    return np.minimum((phase * PHASE_BINS).astype(np.int64), PHASE_BINS - 1)
+    return binned(cycle if known else np.zeros(part.frames), PHASE_BINS)
+
+
+def binned(cycle: FloatArray, bins: int) -> IntArray:
+    """Return the bin of each phase of a cycle that is known all along, (F,)."""
+    return np.minimum((np.mod(cycle, 1.0) * bins).astype(np.int64), bins - 1)

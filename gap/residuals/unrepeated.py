@@ -8,7 +8,8 @@ from day to day in what repeats.
 import numpy as np
 
 from gap.residuals.parts import TrialPart
-from model.values.arrays import FloatArray
+from gap.residuals.phase_bins import binned
+from model.values.arrays import FloatArray, IntArray
 
 PHASES = 32  # of a cycle
 FEWEST_FRAMES = 0.5  # of the usual number in a phase, from which its mean counts
@@ -28,14 +29,12 @@ def unrepeated(part: TrialPart, residual: FloatArray) -> FloatArray:
     if not np.isfinite(cycle).all():
         return np.full(channels, np.nan)
     number = np.floor(cycle).astype(np.int64)
-    phase = np.minimum((np.mod(cycle, 1.0) * PHASES).astype(np.int64), PHASES - 1)
     number -= number.min()
-    place, shape = number * PHASES + phase, (int(number.max()) + 1, PHASES)
-    each = [_between_cycles(place, shape, own) for own in residual.T]
-    return np.array(each)
+    place, shape = number * PHASES + binned(cycle, PHASES), (int(number.max()) + 1, PHASES)
+    return np.array([_between_cycles(place, shape, own) for own in residual.T])
 
 
-def _between_cycles(place: np.ndarray, shape: tuple[int, int], values: FloatArray) -> float:
+def _between_cycles(place: IntArray, shape: tuple[int, int], values: FloatArray) -> float:
     """The variance of one channel; ``place`` numbers the cycle and phase of each frame."""
     known = np.isfinite(values) & (values != 0.0)
     size = shape[0] * shape[1]
