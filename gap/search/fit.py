@@ -221,8 +221,19 @@ def energy_left(residual: FloatArray, slopes: FloatArray, prior: float = 0.0) ->
         slopes: What one spread of each of P values changes, (P, F, ...).
         prior: Energy that a value costs one spread away.
     """
+    return least_squares(residual, slopes, prior)[1]
+
+
+def least_squares(
+    residual: FloatArray, slopes: FloatArray, prior: float = 0.0
+) -> tuple[FloatArray, float]:
+    """Return the step of each value, (P,) [spreads], that leaves the least energy, and that energy.
+
+    The arguments are those of ``energy_left``.
+    """
     size = len(slopes)
     rows = np.vstack([slopes.reshape(size, residual.size).T, np.sqrt(prior) * np.eye(size)])
     goal = np.append(residual.ravel(), np.zeros(size))
-    left = goal - rows @ np.linalg.lstsq(rows, goal, rcond=None)[0] if size else goal
-    return float(left @ left)
+    step = np.linalg.lstsq(rows, goal, rcond=None)[0] if size else np.zeros(0)
+    left = goal - rows @ step if size else goal
+    return step, float(left @ left)

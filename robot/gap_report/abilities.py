@@ -130,7 +130,8 @@ def _groups(coverage: Coverage, *, measured: bool) -> str:
 
 
 def _kind(channel: str) -> str:
-    for start, kind in (("shaft", "shafts"), ("foot", FEET), ("force", FORCES)):
+    """Words for where a channel is read; a total force or moment is read from the same sensors."""
+    for start, kind in (("shaft", "shafts"), ("foot", FEET), ("force", FORCES), ("total", FORCES)):
         if channel.startswith(start):
             return kind
     return "body" if channel.startswith(("body", "roll", "pitch")) else channel

@@ -42,7 +42,7 @@ def test_with_everything_measured_everything_can_be_asked(whole: Trial) -> None:
     assert {question: answered for question, (answered, _) in answers.items()} == {
         "odometry": True, "ground truth": True, "forces": True, "diagnosis": True,
     }  # fmt: skip
-    assert "not measured" not in answers["diagnosis"][1]
+    assert answers["diagnosis"][1].endswith("visible, in shafts, feet (markers), forces, body")
 
 
 def test_each_no_names_what_is_missing(whole: Trial) -> None:
@@ -54,7 +54,9 @@ def test_each_no_names_what_is_missing(whole: Trial) -> None:
     assert "without an attitude" in said(without(whole, "body_angles_rad"))["ground truth"][1]
     nameless = replace(whole, header=replace(whole.header, robot_text="", robot_file=""))
     assert "no robot file; add robot" in said(nameless)["diagnosis"][1]
-    assert "forces" in said(without(whole, "force_n"))["diagnosis"][1].split("not measured: ")[1]
+    assert said(without(whole, "force_n"))["diagnosis"][1].endswith("; not measured: forces")
+    # a moment takes forces and feet: without feet only these are missing
+    assert said(without(whole, "foot_m"))["diagnosis"][1].endswith("; not measured: feet (markers)")
 
 
 def test_fewer_effects_are_visible_with_fewer_sensors_and_never_one_more(whole: Trial) -> None:
