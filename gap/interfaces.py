@@ -48,12 +48,16 @@ class Channel:
         name: As reports print it, for example ``force_z`` or ``body_vx``.
         joint: Joint or leg; empty for the body.
         stage: The stage whose output it is.
+        unit: Of its values.
+        lasting: Whether it is no signal, but something that lasts, read once in each window of a run: what
+            a simulator has wrong of it is alike at all frequencies of a gait.
     """
 
     name: str
     joint: str
     stage: str
     unit: str
+    lasting: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -47,9 +47,10 @@ class _Squares(Misfit):
 
     @cached_property
     def scale(self) -> FloatArray:
-        """RMS of each channel, (C,); NaN where nothing is compared."""
+        """RMS of each channel, (C,); NaN where nothing is compared, and of what only references tell."""
         size = rms(np.concatenate(self.errors(())))
-        return np.where(size > 0, size, np.nan)
+        lasting = [channel.lasting for channel in self.simulator.channels]
+        return np.where((size > 0) & ~np.array(lasting), size, np.nan)
 
     def errors(self, causes: tuple[Cause, ...]) -> list[FloatArray]:
         """Measured minus predicted, (F, C) a part; NaN where nothing is compared."""

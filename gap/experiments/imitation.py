@@ -58,7 +58,7 @@ def noise_of(simulator: Simulator, trials: Sequence[Trial], floor: Floor) -> lis
         own = sigma / np.fmax(np.sqrt(observed.weight), 1e-12)
         seen = np.isfinite(observed.values).any(axis=0)
         # of a run that was made, what it did not measure tells nothing; of a proposal nothing is measured
-        noise.append(np.where(seen | ~seen.any(), own, UNSEEN))
+        noise.append(np.where((seen | ~seen.any()) & floor.compared, own, UNSEEN))
     return noise
 
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from gap.constants import FEW_RATIO, GAIT_CORRELATION, LOG_FREQUENCY
 from gap.interfaces import Channel
-from gap.residuals.part_error import PartError, phase_basis, rms
+from gap.residuals.part_error import PartError, most_dependent, phase_basis, rms
 from gap.residuals.parts import RunCondition, TrialPart
-from model.values.arrays import FloatArray
+from model.values.arrays import BoolArray, FloatArray
 
 WHOLE_CYCLES = 2  # of a run whose cycles are compared with each other
 RATIOS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # repeat variance over misfit variance
@@ -41,6 +41,7 @@ class Floor:
         coefficients: Their misfits, (R, K, C).
         power: Prior variance of a coefficient, (K, C).
         ratio: Repeat variance over ``power``, (C,).
+        lasting: Channels whose misfits are alike at all frequencies of a gait, (C,).
     """
 
     source: str
@@ -50,6 +51,15 @@ class Floor:
     coefficients: FloatArray
     power: FloatArray
     ratio: FloatArray
+    lasting: BoolArray
+
+    @property
+    def compared(self) -> BoolArray:
+        """Channels that are compared, (C,): what lasts only with references.
+
+        A foot that never slips shows less than its grip, and only other runs tell how much less.
+        """
+        return np.asarray(~self.lasting | bool(self.conditions))
 
     def expect(self, condition: RunCondition) -> ExpectedMisfit:
         """Return the misfit expected at a condition."""
@@ -57,11 +67,12 @@ class Floor:
         if count == 0:
             empty = np.zeros((0, len(self.sigma)))
             return ExpectedMisfit(empty, empty)
-        correlation = _correlation(self.conditions, self.conditions)
-        near = _correlation([condition], self.conditions)[0]
         mean, variance = np.empty_like(self.power), np.empty_like(self.power)
-        for ratio in np.unique(self.ratio):
-            on = self.ratio == ratio
+        kinds = sorted(set(zip(self.ratio.tolist(), self.lasting.tolist(), strict=True)))
+        for ratio, lasting in kinds:
+            on = (self.ratio == ratio) & (self.lasting == lasting)
+            correlation = _correlation(self.conditions, self.conditions, lasting)
+            near = _correlation([condition], self.conditions, lasting)[0]
             solved = np.linalg.solve(correlation + ratio * np.eye(count), near)
             mean[:, on] = np.einsum("r,rkc->kc", solved, self.coefficients[:, :, on])
             variance[:, on] = self.power[:, on] * (1.0 + ratio - near @ solved)
@@ -87,20 +98,38 @@ def make_floor(
         widths = [min(widths)] * len(known)
     fits = [one.repeating(width) for one, width in zip(known, widths, strict=True)]
     dependence, c = np.median([fit.dependence for fit in fits], axis=0), len(channels)
+    lasting = np.array([channel.lasting for channel in channels])
+    # frames of a window are all alike, also where windows are, too
+    longest = np.median([most_dependent(one.part.frames) for one in known])
+    dependence = np.where(lasting, longest, dependence)
     if not references:
         sigma = np.fmax(noise, _pooled([_scatter(one.part, one.error) for one in known]))
         source = "cycles" if max(widths) > 1 else "sensors"
         return Floor(
-            source, sigma, dependence, (), np.zeros((0, 0, c)), np.zeros((0, c)), np.zeros(c)
+            source,
+            sigma,
+            dependence,
+            (),
+            np.zeros((0, 0, c)),
+            np.zeros((0, c)),
+            np.zeros(c),
+            lasting,
         )
-    sigma = np.fmax(_pooled([fit.rest for fit in fits]), noise * np.ones(c))
-    coefficients = np.array([fit.coefficients for fit in fits])
+    rests, coefficients = [fit.rest for fit in fits], np.array([fit.coefficients for fit in fits])
+    if lasting.any():  # it has no phase: all that repeats is its mean
+        means = [one.repeating(1) for one in known]
+        rests = [np.where(lasting, one.rest, own) for one, own in zip(means, rests, strict=True)]
+        coefficients[:, :, lasting] = 0.0
+        coefficients[:, 0, lasting] = np.array([one.coefficients[0, lasting] for one in means])
+    sigma = np.fmax(_pooled(rests), noise * np.ones(c))
     conditions = tuple(one.part.condition for one in references)
     power, ratio = _spread(channels, coefficients, conditions)
     # a coefficient cannot be known better than noise lets it be measured
     frames = np.mean([one.part.frames for one in references])
-    power = np.fmax(power, sigma**2 * dependence / frames)
-    return Floor("references", sigma, dependence, conditions, coefficients, power, ratio)
+    least = np.tile(sigma**2 * dependence / frames, (len(power), 1))
+    least[1:, lasting] = 0.0
+    power = np.fmax(power, least)
+    return Floor("references", sigma, dependence, conditions, coefficients, power, ratio, lasting)
 
 
 def _spread(
@@ -109,17 +138,19 @@ def _spread(
     """Prior variance (K, C) and repeat ratio (C,), pooled over legs, by marginal likelihood."""
     count, harmonics, c = coefficients.shape
     names = [channel.name for channel in channels]
-    power, ratio = np.empty((harmonics, c)), np.empty(c)
-    correlation = _correlation(conditions, conditions)
-    for name in dict.fromkeys(names):
+    power, ratio = np.zeros((harmonics, c)), np.empty(c)
+    kinds = {channel.name: channel.lasting for channel in channels}
+    for name, lasting in kinds.items():
         on = np.array([one == name for one in names])
+        correlation = _correlation(conditions, conditions, lasting)
+        seen = coefficients[:, : 1 if lasting else harmonics, on]
         best = -np.inf
         for candidate in RATIOS if count >= ENOUGH_REFERENCES else (FEW_RATIO,):
             covariance = correlation + candidate * np.eye(count)
             energy = np.einsum(
                 "rkc,rkc->kc",
-                coefficients[:, :, on],
-                np.einsum("rs,skc->rkc", np.linalg.inv(covariance), coefficients[:, :, on]),
+                seen,
+                np.einsum("rs,skc->rkc", np.linalg.inv(covariance), seen),
             )
             own = energy / count
             pooled = 0.5 * own + 0.5 * own.mean(axis=1, keepdims=True)
@@ -130,17 +161,20 @@ def _spread(
             )
             if likelihood > best:
                 best = likelihood
-                power[:, on], ratio[on] = pooled, candidate
+                power[: len(pooled), on], ratio[on] = pooled, candidate
     return power, ratio
 
 
-def _correlation(some: Sequence[RunCondition], others: Sequence[RunCondition]) -> FloatArray:
+def _correlation(
+    some: Sequence[RunCondition], others: Sequence[RunCondition], lasting: bool
+) -> FloatArray:
     """Correlation of the misfits of conditions, (len(some), len(others))."""
     out = np.empty((len(some), len(others)))
     for i, a in enumerate(some):
         for j, b in enumerate(others):
             same = 1.0 if a.gait == b.gait else GAIT_CORRELATION
-            out[i, j] = same * np.exp(-0.5 * (a.log_ratio(b) / LOG_FREQUENCY) ** 2)
+            away = 0.0 if lasting else a.log_ratio(b) / LOG_FREQUENCY
+            out[i, j] = same * np.exp(-0.5 * away**2)
     return out
 
 

@@ -14,6 +14,7 @@ from model.values.arrays import BoolArray, FloatArray
 
 HARMONICS = 6
 SHORTEST_CYCLES = 1.5  # of a run whose harmonics are measured
+ALL_ALIKE = 8.0  # independent frames that a run has at least, however alike its frames are
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,6 +93,11 @@ def rms(values: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.sum(total**2, axis=0) / np.fmax(known.sum(axis=0), 1)))
 
 
+def most_dependent(frames: int) -> float:
+    """Return the largest autocorrelation time of a run with so many frames, in frames."""
+    return max(frames / ALL_ALIKE, 1.0)
+
+
 def _dependence(error: FloatArray) -> FloatArray:
     """Integrated autocorrelation time in frames, (C,), at least 1."""
     frames = len(error)
@@ -106,4 +112,4 @@ def _dependence(error: FloatArray) -> FloatArray:
     gone = lags < 0.1
     end = np.where(gone.any(axis=0), gone.argmax(axis=0), len(lags))
     before: BoolArray = np.arange(len(lags))[:, None] < end
-    return np.asarray(np.clip(2 * np.sum(lags * before, axis=0) - 1, 1.0, max(frames / 8, 1.0)))
+    return np.asarray(np.clip(2 * np.sum(lags * before, axis=0) - 1, 1.0, most_dependent(frames)))

@@ -78,7 +78,7 @@ def make_whitener(part: TrialPart, floor: Floor, base: FloatArray) -> Whitener:
 
     The unchanged simulator, ``base`` (F, C), is compared where it has an answer.
     """
-    on = used(part.observation) & np.isfinite(base)
+    on = used(part.observation) & np.isfinite(base) & floor.compared
     weight = np.where(on, part.observation.weight, 0.0)
     sigma = np.fmax(floor.sigma, SMALLEST)
     gain = np.sqrt(weight) / (sigma * np.sqrt(floor.dependence))

@@ -118,9 +118,23 @@ def sizes_in_references(
     healthy: Evidence, causes: Sequence[Cause]
 ) -> list[tuple[Sizes, FloatArray]]:
     """Return for each cause by itself its size in each of R references, and the variance by noise, (R,)."""
-    base, weights = healthy.base, healthy.weights(healthy.base)
+    base = healthy.base
     changed = healthy.residuals([(one,) for one in causes])
-    return [amplitudes(healthy, base, base - one, weights) for one in changed]
+    return [amplitudes(healthy, base, base - one, weights_of_runs(healthy, one)) for one in changed]
+
+
+def weights_of_runs(healthy: Evidence, changed: FloatArray) -> FloatArray:
+    """Weights by what a cause leaves of each reference, or by what there is without it, if that is less.
+
+    Trials are weighed by what the cause leaves of them. It counts what it cannot explain for little, and
+    is then large; a reference that it helps as much shows it as large only if it is weighed alike.
+    """
+    base = healthy.base
+    gained = (healthy.score(base) - healthy.score(changed)).sum(axis=1)
+    parts = healthy.block_part
+    helped = np.bincount(parts, gained, len(healthy.parts)) > 0.0
+    on = helped[parts][healthy.block_of_frame][:, None]
+    return np.where(on, healthy.weights(changed), healthy.weights(base))
 
 
 def sizes_across(healthy: Evidence, added: Cause, effect: Effect) -> list[Sizes]:
@@ -135,8 +149,9 @@ def sizes_across(healthy: Evidence, added: Cause, effect: Effect) -> list[Sizes]
                 for k, (p, v) in enumerate(zip(effect.parameters, added.values, strict=True))))
         for i in range(len(added.values))
     ]  # fmt: skip
-    base, weights = healthy.base, healthy.weights(healthy.base)
+    base = healthy.base
     changed = healthy.residuals([(added,), *((one,) for one in one_by_one)])
+    weights = weights_of_runs(healthy, changed[0])
     whole, *parts = (base - one for one in changed)
     rows = np.array([(part * np.sqrt(weights)).ravel() for part in parts])
     goal = (whole * np.sqrt(weights)).ravel()

@@ -61,10 +61,19 @@ class Standing:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sliding:
-    """Friction of W frames: forces (W, N, 2) [N] and the body's velocity (W, 3), body axes."""
+    """Friction of W frames, body axes.
+
+    Attributes:
+        force_xy_n: On each foot, (W, N, 2).
+        velocity_B: Of the body, (W, 3).
+        friction: Coefficient at each foot at its slip, (W, N).
+        anisotropy_B: w of each foot, (W or 1, N, 2).
+    """
 
     force_xy_n: FloatArray
     velocity_B: FloatArray  # noqa: N815 - frame suffix
+    friction: FloatArray
+    anisotropy_B: FloatArray  # noqa: N815
 
 
 def _beyond(scene: Scene, feet_xy: FloatArray, edge_m: float) -> FloatArray:
@@ -252,7 +261,10 @@ def slide(
     if settings.at("dynamics"):
         motion = settings.acted("dynamics", MotionSignals(grid.time_s, _held(velocity)))
         velocity = np.where(traction.valid[:, None], motion.velocity_B, np.nan)
-    return Sliding(traction.force_xy_B, velocity)
+    friction = signals.mu
+    if static_ratio != 1.0:  # the law has it, at the slip that was found
+        friction = friction * _grip(traction.slip_B, static_ratio, slow_m_s)
+    return Sliding(traction.force_xy_B, velocity, friction, signals.anisotropy_B)
 
 
 def _grip(slip_m_s: FloatArray, static_ratio: float, slow_m_s: float) -> FloatArray:

@@ -18,6 +18,8 @@ OF_FORCES = frozenset(
     {"force_gain", "force_bias", "force_drift", "force_rotation", "force_cross_talk"}
 )
 
+READS_FORCES = OF_FORCES | {"force_lowpass", "force_delay"}
+
 
 def read_sensors(grid: Grid, truth: SensorSignals, settings: Settings) -> SensorSignals:
     """Return what the sensors read when this is the truth."""

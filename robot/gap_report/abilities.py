@@ -130,8 +130,9 @@ def _groups(coverage: Coverage, *, measured: bool) -> str:
 
 
 def _kind(channel: str) -> str:
-    """Words for where a channel is read; a total force or moment is read from the same sensors."""
-    for start, kind in (("shaft", "shafts"), ("foot", FEET), ("force", FORCES), ("total", FORCES)):
+    """Words for where a channel is read; totals and grip are read from the forces."""
+    starts = (("shaft", "shafts"), ("foot", FEET), (("force", "total", "grip"), FORCES))
+    for start, kind in starts:
         if channel.startswith(start):
             return kind
     return "body" if channel.startswith(("body", "roll", "pitch")) else channel

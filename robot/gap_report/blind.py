@@ -10,6 +10,7 @@ KINDS = (
     ("foot", "foot markers"),
     ("force", "force sensors"),
     ("total_force", "force sensors"),
+    ("grip", "force sensors"),
     ("body", "the body's pose"),
     ("roll", "the body's pose"),
     ("pitch", "the body's pose"),

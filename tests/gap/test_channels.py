@@ -44,9 +44,11 @@ def test_every_channel_is_the_mean_of_its_signal(frames: int) -> None:
         np.cross(signals.foot_m, signals.force_n).sum(axis=1),
     ])  # fmt: skip
 
-    channels = to_channels(grid, command, signals)
+    grip = draws.normal(size=((frames + 1) // 2, LEGS))
+    channels = to_channels(grid, command, signals, grip)
 
-    np.testing.assert_allclose(channels, averaged(wide), rtol=1e-12, atol=1e-12)
+    expected = np.column_stack([averaged(wide), grip])
+    np.testing.assert_allclose(channels, expected, rtol=1e-12, atol=1e-12)
     assert np.isnan(channels[:, JOINTS + 3 * LEGS + 1]).sum() == 2, "frame 7 counts in two of them"
 
 

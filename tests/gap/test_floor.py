@@ -58,3 +58,23 @@ def test_of_less_than_two_cycles_nothing_is_taken() -> None:
     part = part_of(1.9)
     error = np.outer(part.observation.time_s, np.ones(7))
     assert without_drift(part, error) is error
+
+
+def test_what_lasts_is_expected_alike_at_all_frequencies_and_has_no_phase() -> None:
+    """Two gaits at two frequencies, an error that only the gait decides, and noise in each window."""
+    channels = tuple(replace(one, lasting=one.name == "speed") for one in CHANNELS)
+    rng = np.random.default_rng(5)
+    errors = []
+    for gait, hz, mean in (("a", 0.1, 0.4), ("a", 0.2, 0.42), ("b", 0.1, -0.3), ("b", 0.2, -0.28)):
+        part = replace(part_of(4.0), gait=gait, frequency_hz=hz)
+        in_windows = mean + 0.02 * rng.normal(size=4)
+        window = np.minimum((part.observation.cycle - 0.3).astype(int), 3)
+        errors.append(PartError(part, np.tile(in_windows[window][:, None], (1, 7))))
+    floor = make_floor(channels, errors[1:], ())
+    frames = errors[0].part.frames
+    assert floor.dependence[-1] == frames / 8
+    unseen, signal = (floor.expect(errors[0].part.condition).mean[:, at] for at in (-1, 0))
+    assert unseen[0] == pytest.approx(0.42, abs=0.05), "as at the other frequency"
+    assert not unseen[1:].any()
+    assert abs(signal[0] - 0.42) > 0.1, "of a signal, another frequency says less"
+    assert signal[1:].any()

@@ -9,6 +9,7 @@ from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
 from gap.interfaces import Cause, Drive, Proposal, place_words
 from gap.residuals.floor import Floor
+from gap.residuals.part_error import most_dependent
 from gap.search.candidates import Candidate
 from record.trial.trial import Trial
 from robot.config.robot_file import load_robot
@@ -24,10 +25,11 @@ FEW = ("metachronal at 0.1 Hz, straight", "tripod at 0.2 Hz, straight", "middle"
 def floor_of(trial: Trial) -> Floor:
     """Noise of the sensors alone, as a diagnosis without references would begin with."""
     noise = np.nanmean(simulator().observe(trial).noise, axis=0)
-    count = len(noise)
+    count, lasting = len(noise), np.array([one.lasting for one in simulator().channels])
+    dependence = np.where(lasting, most_dependent(len(simulator().observe(trial).noise)), 1.0)
     return Floor(
-        "sensors", noise, np.ones(count), (), np.zeros((0, 1, count)), np.zeros((1, count)),
-        np.ones(count),
+        "sensors", noise, dependence, (), np.zeros((0, 1, count)), np.zeros((1, count)),
+        np.ones(count), lasting,
     )  # fmt: skip
 
 

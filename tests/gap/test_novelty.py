@@ -15,9 +15,11 @@ from gap.residuals.healthy import healthy_runs
 from gap.residuals.part_error import PartError
 from gap.residuals.parts import RunCondition, whole_parts
 from gap.search.candidates import starts_of
+from gap.search.novelty import weights_of_runs
 from model.effects.machine_scale import USUAL_SIZE
 from model.effects.settings import settings_of
 from model.effects.shafts import shafts
+from tests.gap.test_selection import evidences
 from tests.gap.toy import CHANNELS, CONDITIONS, Toy, toy_case, toy_references, toy_trial
 from tests.gap.walks import cause, command_trial, machine, simulator
 
@@ -134,3 +136,15 @@ def test_two_lags_stand_one_behind_the_other() -> None:
     )  # for more than a second
     assert steady.any()
     assert np.allclose((plain - twice)[steady], 0.1 * speed[steady], atol=2e-4)
+
+
+def test_a_reference_that_a_cause_helps_is_weighed_by_what_it_leaves_as_trials_are() -> None:
+    """Else a cause that explains most and ignores the rest is large in trials, and small in references."""
+    runs = evidences(Toy(), toy_case(seed=3), toy_references(3))[1]
+    assert runs is not None
+    healthy = runs.runs
+    helped = (healthy.block_part == 1)[healthy.block_of_frame][:, None]
+    base, changed = healthy.weights(healthy.base), np.where(helped, 0.1, 3.0) * healthy.base
+    weights = weights_of_runs(healthy, changed)
+    np.testing.assert_array_equal(weights, np.where(helped, healthy.weights(changed), base))
+    assert (weights > base)[helped[:, 0]].any()

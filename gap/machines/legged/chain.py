@@ -7,11 +7,13 @@ pose come from the sensors (made good for what the causes say of the sensors), w
 
 from dataclasses import replace
 from functools import lru_cache, partial
+from typing import NamedTuple
 
 import numpy as np
 
 from gap.data.columns import runs
 from gap.interfaces import Drive
+from gap.machines.legged.grip import grip_readings
 from gap.machines.legged.inputs import LeggedInputs
 from gap.machines.legged.passes import Flanks, PassStart, settled
 from gap.machines.legged.solved import SolvedOnArrays, SolvedTraction
@@ -55,6 +57,13 @@ REMEMBERED = 24
 BOUND_TO_PLACES = ("ground_step", "friction_patch", "ground_slope", "tether_force")
 
 
+class WalkReading(NamedTuple):
+    """What sensors read, and of feet that push with all their grip (``grip_readings``)."""
+
+    signals: SensorSignals
+    gripping_n: FloatArray
+
+
 class LeggedChain:
     """The chain of one machine; stages that several predictions share are solved once."""
 
@@ -73,13 +82,17 @@ class LeggedChain:
 
     def read(self, inputs: LeggedInputs, settings: Settings, drive: Drive) -> SensorSignals:
         """Return what the sensors would read."""
+        return self.reading(inputs, settings, drive).signals
+
+    def reading(self, inputs: LeggedInputs, settings: Settings, drive: Drive) -> WalkReading:
+        """Return what the sensors would read, also of the grip."""
         known = inputs
         if drive is Drive.MEASURED:
             known = self._perfect(inputs, _of_sensors(settings))
         walk = self.walk(known, settings, drive, self._near(inputs, settings, drive))
-        return read_sensors(
-            inputs.grid, truth_of(self._machine, known, walk, settings, drive), settings
-        )
+        truth = truth_of(self._machine, known, walk, settings, drive)
+        signals = read_sensors(inputs.grid, truth, settings)
+        return WalkReading(signals, grip_readings(inputs.grid, truth, walk.sliding, settings))
 
     def _near(self, inputs: LeggedInputs, settings: Settings, drive: Drive) -> Sliding | None:
         """Return the answer from which searches of this trial start: with laws, without other causes.

@@ -4,6 +4,7 @@ import numpy as np
 
 from gap.interfaces import NOWHERE, Channel, Observation
 from gap.machines.legged.gait_phase import gait_cycle
+from gap.machines.legged.grip import NOISE, Windows, grip_of, weight_of_frames
 from gap.machines.legged.inputs import LeggedInputs
 from model.compiled import compiled
 from model.effects.grid import DOWN, TWIST_WINDOW_S, Grid, body_velocity, placed_noise
@@ -24,7 +25,7 @@ SIDE, MIDDLE = float(DOWN[0]), float(DOWN[1])
 
 
 def channels(names: MachineNames) -> tuple[Channel, ...]:
-    """Return the channels of J joints and N legs, J + 6 N + 12, in the order of ``to_channels``.
+    """Return the channels of J joints and N legs, J + 7 N + 12, in the order of ``to_channels``.
 
     The total force on all feet is known better than that on each: feet that stick push against each other,
     otherwise on each day. It is the weight and what pulls at the robot, and its moment about the body's
@@ -46,23 +47,41 @@ def channels(names: MachineNames) -> tuple[Channel, ...]:
         Channel("total_force_z", "", "support", "N"),
         *(Channel(f"total_moment_{a}", "", "support", "N m") for a in AXES[:2]),
         Channel("total_moment_z", "", "friction", "N m"),
+        *(Channel("grip", leg, "friction", "log", lasting=True) for leg in legs),
     )
 
 
-def to_channels(grid: Grid, command_rad: FloatArray, signals: SensorSignals) -> FloatArray:
+def to_channels(
+    grid: Grid, command_rad: FloatArray, signals: SensorSignals, grip: FloatArray | Windows
+) -> FloatArray:
     """Put signals on the channels, (F, C). The same for measured and predicted signals.
 
-    Commands are as logged, (W, N) on the working grid.
+    Args:
+        grid: The working grid.
+        command_rad: As logged, (W, J).
+        signals: W frames of J joints and N legs.
+        grip: Of each foot, (F, N), or the windows in which it is read from the forces.
     """
     pose = np.column_stack([signals.body_m[:, :2], signals.body_rad[:, 2]])
     joints, legs = command_rad.shape[1], signals.force_n.shape[1]
-    out = np.empty(((grid.frames + 1) // 2, joints + 6 * legs + CHANNELS_OF_BODY))
+    out = np.empty(((grid.frames + 1) // 2, joints + 7 * legs + CHANNELS_OF_BODY))
     shaft, command, foot, force, body, angle, velocity = map(given_rows, (
         signals.shaft_rad, command_rad, signals.foot_m, signals.force_n, signals.body_m,
         signals.body_rad, body_velocity(grid, pose),
     ))  # fmt: skip
     _lay(shaft, command, foot, force, body, angle, velocity, out)
+    out[:, -legs:] = (
+        grip_of(grip, _forces(out, joints, legs)) if isinstance(grip, Windows) else grip
+    )
     return out
+
+
+def _forces(values: FloatArray, joints: int, legs: int) -> FloatArray:
+    """Forces on feet in channels, (F, N, 3)."""
+    sideways = joints + 4 * legs + 3
+    xy = values[:, sideways : sideways + 2 * legs].reshape(len(values), legs, 2)
+    up = values[:, joints + 3 * legs : joints + 4 * legs, None]
+    return np.concatenate([xy, up], axis=2)
 
 
 @compiled
@@ -133,29 +152,38 @@ def _moment(foot: FloatArray, force: FloatArray, axis: int) -> float:
     return total
 
 
-def make_observation(inputs: LeggedInputs, load_n: FloatArray, length_m: float) -> Observation:
+def cycles_of(inputs: LeggedInputs) -> FloatArray:
+    """Return the cycles of a trial's gait, (W,); NaN if not known."""
+    time_s, frequency_hz = inputs.grid.time_s, inputs.trial.header.frequency_hz
+    return gait_cycle(time_s, inputs.command_rad, inputs.shaft_rad, frequency_hz)
+
+
+def make_observation(
+    inputs: LeggedInputs, load_n: FloatArray, windows: Windows, length_m: float
+) -> Observation:
     """Put measured data on the channels, with their noise and weights.
 
     Args:
         inputs: Measured data on the working grid.
         load_n: Loads that the unchanged simulator predicts, (W, N); they tell contact switches.
+        windows: In which the grip of each foot is read.
         length_m: From the middle of the machine to its farthest foot.
     """
     grid = inputs.grid
     joints, legs = inputs.command_rad.shape[1], inputs.force_n.shape[1]
-    values = to_channels(grid, inputs.command_rad, inputs)
+    values = to_channels(grid, inputs.command_rad, inputs, windows)
     noise = np.broadcast_to(
         _noise(grid, inputs.trial.header.noise, joints, legs, length_m), values.shape
     )
     time_s = grid.time_s[::2]
-    frequency_hz = inputs.trial.header.frequency_hz
-    cycle = gait_cycle(grid.time_s, inputs.command_rad, inputs.shaft_rad, frequency_hz)
+    weight = _weight(grid, inputs.force_n[..., 2], load_n, values.shape)
+    weight[:, -legs:] *= weight_of_frames(windows, len(values))[:, None]
     return Observation(
         time_s=readonly(time_s.copy()),
-        cycle=readonly(cycle[::2].copy()),
+        cycle=readonly(cycles_of(inputs)[::2].copy()),
         values=readonly(values),
         noise=readonly(noise.copy()),
-        weight=readonly(_weight(grid, inputs.force_n[..., 2], load_n, values.shape)),
+        weight=readonly(weight),
         reach_m=_reach(inputs, length_m),
     )
 
@@ -187,6 +215,7 @@ def _noise(grid: Grid, given: TrialNoise, joints: int, legs: int, length_m: floa
         [slope / fine * sigma("body_angle_rad")],
         np.full(3, np.sqrt(legs) * mean * sigma("force_n")),
         np.full(3, np.sqrt(legs) * mean * sigma("force_n") * 0.5 * length_m),
+        np.full(legs, NOISE),
     ])  # fmt: skip
 
 
@@ -195,7 +224,8 @@ def _weight(
 ) -> FloatArray:
     """Less where a foot touches down or lifts off, nothing at the ends, (F, C)."""
     frames = grid.frames
-    before_loads = shape[1] - 3 * load_n.shape[1] - CHANNELS_OF_BODY  # shafts and free feet
+    legs = load_n.shape[1]
+    before_loads = shape[1] - 4 * legs - CHANNELS_OF_BODY  # shafts and free feet
     near = np.zeros(frames, dtype=bool)
     reach = max(1, round(SWITCH_S / grid.period_s))
     for loads in (force_z, load_n):
@@ -205,7 +235,7 @@ def _weight(
     weight = np.ones(shape)
     switching = near[::2]
     # shafts and free feet know nothing of it
-    weight[switching, before_loads:] = SWITCH_WEIGHT
+    weight[switching, before_loads:-legs] = SWITCH_WEIGHT
     time_s = grid.time_s[::2]
     weight[(time_s < EDGE_S) | (time_s > grid.time_s[-1] - EDGE_S)] = 0.0
     return weight

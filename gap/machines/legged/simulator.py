@@ -10,8 +10,9 @@ import numpy as np
 from gap.data.check import check_trial
 from gap.interfaces import Cause, DataFault, Drive, Effect, Observation
 from gap.machines.legged.chain import LeggedChain
-from gap.machines.legged.channels import channels, make_observation, to_channels
+from gap.machines.legged.channels import channels, cycles_of, make_observation, to_channels
 from gap.machines.legged.check import check_legged
+from gap.machines.legged.grip import Windows, given_grip, make_windows
 from gap.machines.legged.inputs import LeggedInputs, make_inputs
 from model.effects.catalogue import STAGES, places_of
 from model.effects.leg_kinds import check_effects, effects_of
@@ -44,6 +45,7 @@ class LeggedSimulator:
         self._added = added
         self._chain = LeggedChain(machine)
         self._inputs = lru_cache(maxsize=TRIALS_REMEMBERED)(self._make_inputs)
+        self.windows = lru_cache(maxsize=TRIALS_REMEMBERED)(self._make_windows)
 
     def observe(self, trial: Trial) -> Observation:
         """Put the measured data of a trial on the channels.
@@ -53,7 +55,8 @@ class LeggedSimulator:
         """
         inputs = self._inputs(trial)
         base = self._chain.walk(inputs, self._settings(()), Drive.MEASURED)
-        return make_observation(inputs, base.standing.load_n, self.machine.size.reach_m)
+        windows, size = self.windows(inputs), self.machine.size
+        return make_observation(inputs, base.standing.load_n, windows, size.reach_m)
 
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
         """Return what the channels would read with these causes added, (F, C).
@@ -66,8 +69,11 @@ class LeggedSimulator:
         # values that a search tries may break the chain: frames without an answer count against the cause
         broken = np.errstate(invalid="ignore", over="ignore", divide="ignore")
         with broken if causes else nullcontext():
-            signals = self._chain.read(inputs, self._settings(causes), drive)
-        predicted: FloatArray = readonly(to_channels(inputs.grid, inputs.command_rad, signals))
+            read = self._chain.reading(inputs, self._settings(causes), drive)
+            given = given_grip(self.windows(inputs), read.gripping_n)
+        predicted: FloatArray = readonly(
+            to_channels(inputs.grid, inputs.command_rad, read.signals, given)
+        )
         return predicted
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
@@ -85,6 +91,10 @@ class LeggedSimulator:
         return settings_of(
             (*causes, *self.machine.effects), self.machine.names, self.machine.size, self._added
         )
+
+    def _make_windows(self, inputs: LeggedInputs) -> Windows:
+        cycle = cycles_of(inputs)[::2]
+        return make_windows(inputs.grid.time_s[::2], cycle, self.machine.size.weight_n)
 
     def _make_inputs(self, trial: Trial) -> LeggedInputs:
         return make_inputs(trial, self.machine.names)

@@ -41,7 +41,9 @@ class RolloutSimulator(Delegate):
     def __init__(
         self, name: str, machine: LeggedMachine, effects: tuple[Effect, ...], rollout: Rollout
     ) -> None:
-        super().__init__(LeggedSimulator(machine))
+        legged = LeggedSimulator(machine)
+        super().__init__(legged)
+        self._windows = legged.windows
         self.name, self.effects = name, effects
         self._names = machine.names
         self._channels_of = lru_cache(maxsize=ROLLOUTS_REMEMBERED)(self._roll)
@@ -73,5 +75,7 @@ class RolloutSimulator(Delegate):
                 f"{self.name} answered with {got.grid.frames} frames of {got.grid.period_s:g} s, "
                 f"the trial has {wanted.grid.frames} of {wanted.grid.period_s:g} s"
             )
-        values: FloatArray = readonly(to_channels(wanted.grid, wanted.command_rad, got))
+        values: FloatArray = readonly(
+            to_channels(wanted.grid, wanted.command_rad, got, self._windows(wanted))
+        )
         return values
