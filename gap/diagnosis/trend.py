@@ -204,7 +204,7 @@ def _change(one: Candidate, change: float, chance: float) -> RunChange:
 def _growth_of_each(evidence: Evidence, causes: Sequence[Cause]) -> FloatArray:
     """Return by how much of what each cause does the residual grows over each run, (causes, R)."""
     before, *after = evidence.predictions([(), *((one,) for one in causes)])
-    weights = evidence.weights(evidence.base)
+    weights = evidence.base_weights
     return np.array([_grown(evidence, before, one, evidence.base, weights) for one in after])
 
 

@@ -66,6 +66,16 @@ class Evidence(Misfit):
         """Whitened residual of the unchanged simulator, (F, C)."""
         return self.residuals([()])[0]
 
+    @cached_property
+    def base_score(self) -> FloatArray:
+        """Misfit of each block and channel of the unchanged simulator in nats, (B, C)."""
+        return self.score(self.base)
+
+    @cached_property
+    def base_weights(self) -> FloatArray:
+        """Weight of each frame by what the unchanged simulator leaves, (F, C)."""
+        return self.weights(self.base)
+
     def per_block(self, values: FloatArray) -> FloatArray:
         """Sum over the frames of each block, (F, C) to (B, C)."""
         return np.asarray(np.add.reduceat(values, self.starts, axis=0))

@@ -129,12 +129,11 @@ def weights_of_runs(healthy: Evidence, changed: FloatArray) -> FloatArray:
     Trials are weighed by what the cause leaves of them. It counts what it cannot explain for little, and
     is then large; a reference that it helps as much shows it as large only if it is weighed alike.
     """
-    base = healthy.base
-    gained = (healthy.score(base) - healthy.score(changed)).sum(axis=1)
+    gained = (healthy.base_score - healthy.score(changed)).sum(axis=1)
     parts = healthy.block_part
     helped = np.bincount(parts, gained, len(healthy.parts)) > 0.0
     on = helped[parts][healthy.block_of_frame][:, None]
-    return np.where(on, healthy.weights(changed), healthy.weights(base))
+    return np.where(on, healthy.weights(changed), healthy.base_weights)
 
 
 def sizes_across(healthy: Evidence, added: Cause, effect: Effect) -> list[Sizes]:

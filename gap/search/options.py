@@ -26,9 +26,8 @@ NEAR_PLACES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # of the distance of places tha
 # false alarms is for energies, of which healthy machines hardly ever reach the level.
 CAUSE_LEVEL = 0.8 * FALSE_ALARMS
 WALK = (2.5, 6.0)  # times what the first order asks for
-MUCH_LESS = (
-    0.5  # share of a fit's energy; where least squares would leave less, it begins again there
-)
+# Share of a fit's energy; where least squares would leave less, the fit begins again there.
+MUCH_LESS = 0.5
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
 
 
@@ -137,9 +136,7 @@ def usual_energy(evidence: Evidence, healthy: Evidence) -> FloatArray:
 def usual_score(evidence: Evidence, healthy: Evidence) -> FloatArray:
     """Score of each channel that as many frames of healthy runs have, (C,)."""
     count = np.fmax(healthy.count.sum(axis=0), 1e-9)
-    expected: FloatArray = (
-        healthy.score(healthy.base).sum(axis=0) / count * evidence.count.sum(axis=0)
-    )
+    expected: FloatArray = healthy.base_score.sum(axis=0) / count * evidence.count.sum(axis=0)
     return expected
 
 

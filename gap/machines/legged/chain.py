@@ -13,7 +13,6 @@ import numpy as np
 
 from gap.data.columns import runs
 from gap.interfaces import Drive
-from gap.machines.legged.grip import grip_readings
 from gap.machines.legged.inputs import LeggedInputs
 from gap.machines.legged.passes import Flanks, PassStart, settled
 from gap.machines.legged.solved import SolvedOnArrays, SolvedTraction
@@ -58,10 +57,11 @@ BOUND_TO_PLACES = ("ground_step", "friction_patch", "ground_slope", "tether_forc
 
 
 class WalkReading(NamedTuple):
-    """What sensors read, and of feet that push with all their grip (``grip_readings``)."""
+    """What sensors read, the truth that they read, and how its feet slide."""
 
     signals: SensorSignals
-    gripping_n: FloatArray
+    truth: SensorSignals
+    sliding: Sliding
 
 
 class LeggedChain:
@@ -85,14 +85,13 @@ class LeggedChain:
         return self.reading(inputs, settings, drive).signals
 
     def reading(self, inputs: LeggedInputs, settings: Settings, drive: Drive) -> WalkReading:
-        """Return what the sensors would read, also of the grip."""
+        """Return what the sensors would read, and of what."""
         known = inputs
         if drive is Drive.MEASURED:
             known = self._perfect(inputs, _of_sensors(settings))
         walk = self.walk(known, settings, drive, self._near(inputs, settings, drive))
         truth = truth_of(self._machine, known, walk, settings, drive)
-        signals = read_sensors(inputs.grid, truth, settings)
-        return WalkReading(signals, grip_readings(inputs.grid, truth, walk.sliding, settings))
+        return WalkReading(read_sensors(inputs.grid, truth, settings), truth, walk.sliding)
 
     def _near(self, inputs: LeggedInputs, settings: Settings, drive: Drive) -> Sliding | None:
         """Return the answer from which searches of this trial start: with laws, without other causes.

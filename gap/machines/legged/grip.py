@@ -98,29 +98,18 @@ def with_all_grip(force_n: FloatArray, friction: FloatArray, anisotropy: FloatAr
     return out
 
 
-def grip_readings(
-    grid: Grid, truth: SensorSignals, sliding: Sliding, settings: Settings
+def given_grip(
+    windows: Windows, grid: Grid, truth: SensorSignals, sliding: Sliding, settings: Settings
 ) -> FloatArray:
-    """Return what sensors read of the forces on feet that push with all their grip.
-
-    Returns:
-        (W, N, 3) [N]; one row, (1, N, 3), up to its scale, if their share is the same in all frames.
-    """
+    """Return the grip that the ground gives each foot, (F, N), as the force sensors would read it."""
     friction, anisotropy = sliding.friction, sliding.anisotropy_B
     read = settings.has(*READS_FORCES) or bool(settings.at("sensing"))
     if not read and _always_alike(friction, anisotropy):
-        one = np.ones((1, *truth.force_n.shape[1:]))
-        return with_all_grip(one, friction[:1], anisotropy[:1])
+        return np.broadcast_to(np.log(friction[0]), (windows.starts[-1], friction.shape[1]))
     full = with_all_grip(truth.force_n, friction, anisotropy)
-    return read_sensors(grid, replace(truth, force_n=full), settings).force_n if read else full
-
-
-def given_grip(windows: Windows, readings_n: FloatArray) -> FloatArray:
-    """Return the grip that the ground gives each foot, (F, N), by ``grip_readings``."""
-    if len(readings_n) == 1:
-        share = np.hypot(readings_n[..., 0], readings_n[..., 1]) / readings_n[..., 2]
-        return np.broadcast_to(np.log(share), (windows.starts[-1], share.shape[1]))
-    return in_all_windows(grip_of(windows, readings_n[::2]))
+    if read:
+        full = read_sensors(grid, replace(truth, force_n=full), settings).force_n
+    return in_all_windows(grip_of(windows, full[::2]))
 
 
 def _always_alike(friction: FloatArray, anisotropy: FloatArray) -> bool:
@@ -172,9 +161,8 @@ def _push(
             if not size > 0.0:
                 x, y, size = 1.0, 0.0, 1.0
             x, y = x / size, y / size
-            along = (a * x + b * y) / (
-                1.0 + a * a + b * b
-            )  # (1 + w w')^-1 shortens what is along w
+            # (1 + w w')^-1 shortens what is along w
+            along = (a * x + b * y) / (1.0 + a * a + b * b)
             left = np.sqrt((x - a * along) ** 2 + (y - b * along) ** 2)
             push = friction[f, k] * load / left
             out[f, k, 0], out[f, k, 1], out[f, k, 2] = push * x, push * y, load

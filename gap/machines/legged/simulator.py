@@ -69,8 +69,10 @@ class LeggedSimulator:
         # values that a search tries may break the chain: frames without an answer count against the cause
         broken = np.errstate(invalid="ignore", over="ignore", divide="ignore")
         with broken if causes else nullcontext():
-            read = self._chain.reading(inputs, self._settings(causes), drive)
-            given = given_grip(self.windows(inputs), read.gripping_n)
+            settings = self._settings(causes)
+            read = self._chain.reading(inputs, settings, drive)
+            windows, grid = self.windows(inputs), inputs.grid
+            given = given_grip(windows, grid, read.truth, read.sliding, settings)
         predicted: FloatArray = readonly(
             to_channels(inputs.grid, inputs.command_rad, read.signals, given)
         )
