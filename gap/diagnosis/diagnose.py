@@ -12,7 +12,7 @@ from gap.diagnosis.by_vibration import settled_by_vibration, shaken_channels
 from gap.diagnosis.commissioning import commission
 from gap.diagnosis.coverage import unwatched_stages
 from gap.diagnosis.detection import Detection, detect, detectable
-from gap.diagnosis.drop_worse import drop_unclear, drop_worse
+from gap.diagnosis.drop_worse import adds_little, drop_unclear, drop_worse
 from gap.diagnosis.exchange import with_gap_fitted
 from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.gap_evidence import GapEvidence, compare
@@ -181,7 +181,7 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
     fit = _fit(comparison, selection, far)
     none = none_of_them(fit, len(selection.steps), bool(comparison.study.references))
     trends = trends_of(evidence, comparison.healthy, selection.fitted)
-    none = none_with(trends, none, p_change) if exists else 0.0
+    none = none_with(trends, none, p_change, adds_little(far)) if exists else 0.0
     if exists and not selection.steps:
         none = 1.0  # nothing of it is named
     errors = standard_errors(evidence, comparison.healthy, selection.fitted)

@@ -66,7 +66,7 @@ def drop_unclear(
     while comparison.healthy is not None and len(selection.steps) > 1:
         errors = standard_errors(evidence, comparison.healthy, selection.fitted)
         clear = clear_of_nothing(selection, evidence.effects, errors)
-        idle = _adds_little(far)
+        idle = adds_little(far)
         unclear = [
             at for at, one in enumerate(clear) if one < (HALF if at in idle else FALSE_ALARMS)
         ]
@@ -83,7 +83,7 @@ def _worst(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | 
     Where there are others, one is in doubt as soon as it adds next to nothing to them: a large cause that
     is not exactly of the effect's form leaves a residual, in which chance finds others.
     """
-    doubted = {i for i, worse in enumerate(far.worse) if worse} | _adds_little(far)
+    doubted = {i for i, worse in enumerate(far.worse) if worse} | adds_little(far)
     # of what surely vibrates predictions show the mean alone, which may add next to nothing
     judged = {i for i in doubted if far.worse[i] or not selection.steps[i].chosen.added.vibrates}
     order = sorted(judged, key=lambda i: (far.last[i], i))
@@ -92,7 +92,7 @@ def _worst(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | 
     )
 
 
-def _adds_little(far: HowFar) -> set[int]:
+def adds_little(far: HowFar) -> set[int]:
     """Numbers of the causes that add next to nothing to the others on held-out runs; none of one alone.
 
     Nor one that changes nothing there, such as a limit that is not reached: these runs cannot judge it.
@@ -128,7 +128,7 @@ def _idle(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | N
         return not judged_by_the_whole and agrees(comparison, causes, at, least)
 
     sizes = _sizes(comparison, selection)
-    order = sorted(_adds_little(far), key=lambda at: (far.last[at], at))
+    order = sorted(adds_little(far), key=lambda at: (far.last[at], at))
     return next((at for at in order if not stays(at)), None)
 
 

@@ -10,7 +10,7 @@ Where no cause is named, what may wear is asked for all the same: friction that 
 scatter between days on the mean, and change in each run as it does in none of the references.
 """
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -116,12 +116,23 @@ def trends_of(evidence: Evidence, healthy: Evidence | None, fitted: Fitted) -> t
     )
 
 
-def none_with(trends: Sequence[Trend], none: float, p_change: float = 1.0) -> float:
+def none_with(
+    trends: Sequence[Trend], none: float, p_change: float = 1.0, little: Set[int] = frozenset()
+) -> float:
     """Return the probability of none of the catalogue, raised if something changes during the runs.
 
-    ``p_change`` is the chance of what was found to change where no cause is named.
+    Args:
+        trends: Of each named cause.
+        none: The probability without a look at what changes.
+        p_change: The chance of what was found to change where no cause is named.
+        little: Numbers of the causes that add next to nothing to the others: what a large cause leaves may
+            change, and leaves the gap explained.
     """
-    sure = [one.chance * len(trends) / UNSTEADY_LEVEL for one in trends if one.surely(len(trends))]
+    sure = [
+        one.chance * len(trends) / UNSTEADY_LEVEL
+        for at, one in enumerate(trends)
+        if one.surely(len(trends)) and at not in little
+    ]
     if p_change < CHANGE_LEVEL:
         sure.append(p_change / CHANGE_LEVEL)
     kept = 0.5 * min(sure) if sure else 1.0

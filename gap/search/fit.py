@@ -12,7 +12,7 @@ import numpy as np
 
 from gap.interfaces import Cause, Effect, Parameter
 from gap.residuals.predictions import Misfit
-from gap.search.candidates import FINE_STEP, step_of
+from gap.search.candidates import FINE_STEP, fine_step
 from model.values.arrays import FloatArray
 
 ROUNDS = 8
@@ -196,11 +196,11 @@ def slopes_of(
         causes: Causes about which it is differenced.
         free: P of their values.
         residual: Residual with the causes, (F, ...).
-        share: Of a spread, by which a value is moved.
+        share: Of a spread, by which a value is moved that is no limit.
         known: Slopes that are there already, by the number of the free value.
     """
     steps = np.array([
-        step_of(f.parameter, causes[f.cause].values[f.place], share) / f.parameter.spread
+        fine_step(f.parameter, causes[f.cause].values[f.place], share) / f.parameter.spread
         for f in free
     ])  # fmt: skip
     wanted = [i for i in range(len(free)) if i not in known]

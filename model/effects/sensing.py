@@ -21,9 +21,20 @@ OF_FORCES = frozenset(
 READS_FORCES = OF_FORCES | {"force_lowpass", "force_delay"}
 
 
-def read_sensors(grid: Grid, truth: SensorSignals, settings: Settings) -> SensorSignals:
-    """Return what the sensors read when this is the truth."""
-    foot, body, angles = _in_marker_frame(truth, settings)
+def read_sensors(
+    grid: Grid, truth: SensorSignals, settings: Settings, seen: SensorSignals | None = None
+) -> SensorSignals:
+    """Return what the sensors read when this is the truth.
+
+    Args:
+        grid: Times of the frames.
+        truth: As it is predicted.
+        settings: What is added.
+        seen: As it was measured, and made good with ``true_signals``; None for nothing. Axes that are
+            turned mix what was there, which a prediction may miss by as much as there is: what one
+            component gets of another is that of what was seen.
+    """
+    foot, body, angles = _in_marker_frame(truth, settings, seen)
     if settings.has("pose_delay", "clock_skew"):
         (delay_s,), (ratio,) = (settings.whole(e) for e in ("pose_delay", "clock_skew"))
         late = grid.time_s / ratio - delay_s
@@ -32,7 +43,7 @@ def read_sensors(grid: Grid, truth: SensorSignals, settings: Settings) -> Sensor
         time_s=truth.time_s,
         shaft_rad=truth.shaft_rad * settings.each("encoder_scale")[0],
         foot_m=foot,
-        force_n=_read_force(grid, truth.force_n, settings),
+        force_n=_read_force(grid, truth.force_n, settings, None if seen is None else seen.force_n),
         body_m=body,
         body_rad=angles,
     )
@@ -96,10 +107,13 @@ def true_forces(force_n: FloatArray, since_s: FloatArray | float, settings: Sett
     return np.stack([x, y, z], axis=-1)
 
 
-def _read_force(grid: Grid, force_n: FloatArray, settings: Settings) -> FloatArray:
+def _read_force(
+    grid: Grid, force_n: FloatArray, settings: Settings, seen_n: FloatArray | None
+) -> FloatArray:
     force = force_n
     if settings.has("force_rotation", "force_cross_talk", "force_gain"):
-        x, y = turned(force_n[..., 0], force_n[..., 1], -settings.each("force_rotation")[0])
+        yaw = -settings.each("force_rotation")[0]
+        x, y = _turned_as_seen(force_n[..., :2], None if seen_n is None else seen_n[..., :2], yaw)
         of_x, of_y = settings.each("force_cross_talk")
         z = force_n[..., 2]
         force = np.stack([x + of_x * z, y + of_y * z, z], axis=-1) * settings.each("force_gain").T
@@ -123,19 +137,40 @@ def _biases(since_s: FloatArray | float, settings: Settings) -> FloatArray:
     return np.stack([*np.broadcast_arrays(x_n, y_n, z_n + drifted)], axis=-1)
 
 
+def _turned_as_seen(
+    pair: FloatArray, seen: FloatArray | None, angle: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Components of a vector, (..., 2), turned by an angle, by what was seen of it where that is known."""
+    x, y = pair[..., 0], pair[..., 1]
+    of_x, of_y = turned(x, y, angle)
+    if seen is None:
+        return of_x, of_y
+    seen_x, seen_y = seen[..., 0], seen[..., 1]
+    known = np.isfinite(seen_x) & np.isfinite(seen_y)
+    as_seen_x, as_seen_y = turned(seen_x, seen_y, angle)
+    return (
+        np.where(known, x + (as_seen_x - seen_x), of_x),
+        np.where(known, y + (as_seen_y - seen_y), of_y),
+    )
+
+
 def _in_marker_frame(
-    truth: SensorSignals, settings: Settings
+    truth: SensorSignals, settings: Settings, seen: SensorSignals | None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Feet, body and angles as the markers' frame has them."""
     if not settings.has("pose_yaw_offset", "pose_origin_offset"):
         return truth.foot_m, truth.body_m, truth.body_rad
     (turn,), (x_m, y_m) = (settings.whole(e) for e in ("pose_yaw_offset", "pose_origin_offset"))
     yaw = np.array(turn)
-    roll, pitch, heading = truth.body_rad.T
-    angles = np.column_stack([*turned(roll, pitch, -yaw), heading + yaw])
+    tilt, heading = truth.body_rad[:, :2], truth.body_rad[:, 2]
+    known = None if seen is None else seen.body_rad[:, :2]
+    angles = np.column_stack([*_turned_as_seen(tilt, known, -yaw), heading + yaw])
     feet = turned(truth.foot_m[..., 0] - x_m, truth.foot_m[..., 1] - y_m, -yaw)
     foot = np.stack([*feet, truth.foot_m[..., 2]], axis=-1)
-    return foot, truth.body_m + _arm(truth.body_rad, x_m, y_m), angles
+    if known is not None:
+        tilt = np.where(np.isfinite(known), known, tilt)
+    lean = np.column_stack([tilt, heading])
+    return foot, truth.body_m + _arm(lean, x_m, y_m), angles
 
 
 def _arm(angles: FloatArray, x_m: float, y_m: float) -> FloatArray:

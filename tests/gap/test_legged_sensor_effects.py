@@ -6,7 +6,7 @@ from scipy.signal import lfilter
 
 from gap.interfaces import Cause, Drive
 from tests.gap.predictions import COULOMB, ML, Prediction, inside
-from tests.gap.walks import cause, command_trial, walk
+from tests.gap.walks import cause, command_trial, simulator, walk
 
 BOTH = pytest.mark.parametrize("drive", Drive, ids=lambda d: d.value)
 
@@ -141,3 +141,33 @@ def test_a_known_sensor_fault_does_not_reach_the_stages_that_it_feeds(effect: Ca
         far = np.sqrt(np.mean(inside(told[name] - command[name], 20) ** 2))
         healthy_far = np.sqrt(np.mean(inside(silent[name] - reference[name], 20) ** 2))
         assert far < 1.5 * healthy_far + 0.02 * np.std(reference[name]) + 1e-6, name
+
+
+@pytest.mark.parametrize(
+    ("effect", "names"),
+    [
+        (cause("force_rotation", 0.3, legs=("ML",)), ("force_x", "force_y")),
+        (cause("pose_yaw_offset", 0.2), ("roll", "pitch")),
+        (cause("pose_origin_offset", 0.05, 0.04), ("body_z",)),
+    ],
+    ids=lambda c: getattr(c, "effect", ""),
+)
+def test_turned_axes_mix_what_was_there_and_not_what_was_predicted(
+    effect: Cause, names: tuple[str, ...]
+) -> None:
+    """What the simulator misses of the machine stays as it is without the fault, axis by axis."""
+    unknown = (COULOMB, cause("ground_slope", 0.06, -0.04), cause("friction_level", 0.6))
+    healthy = walk("metachronal", 0.2, 6.0, unknown)
+    broken = walk("metachronal", 0.2, 6.0, (*unknown, effect))
+    told = Prediction(broken, [effect], Drive.MEASURED)
+    silent = Prediction(healthy, [], Drive.MEASURED)
+    blind = Prediction(broken, [], Drive.MEASURED)
+    for name in names:
+        at = [k for k, channel in enumerate(simulator().channels) if channel.name == name]
+        here, there = (
+            simulator().observe(one).values[:, at].squeeze() for one in (healthy, broken)
+        )
+        missed = inside(here - silent[name], 20)
+        left, unexplained = (inside(there - one[name], 20) for one in (told, blind))
+        assert np.abs(unexplained - missed).max() > 0.1 * np.abs(missed).max(), "the fault shows"
+        assert np.allclose(left, missed, atol=0.01 * np.abs(missed).max()), name

@@ -250,7 +250,12 @@ def test_how_sure_it_is_decides_how_much_is_left_for_the_catalogue() -> None:
     assert none_with([Trend(0.4, 0.03, 5)], 0.02) > 0.5, "no large change, but surely a real one"
     assert none_with([Trend(0.6, 0.15, 5)], 0.02) == 0.02, "a larger one that may be a small one"
     assert none_with([UNKNOWN], 0.02) == 0.02
-    assert none_with([Trend(-1.0, 0.01, 5)], 0.02) > 0.99
+    fades = Trend(-1.0, 0.01, 5)
+    assert none_with([fades], 0.02) > 0.99
+    assert none_with([UNKNOWN, fades], 0.02, little={1}) == 0.02, "what a large cause leaves"
+    assert none_with([fades, fades], 0.02, little={1}) > 0.99, (
+        "the other of the stage is not little"
+    )
 
 
 @THOROUGH

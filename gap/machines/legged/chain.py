@@ -91,7 +91,8 @@ class LeggedChain:
             known = self._perfect(inputs, _of_sensors(settings))
         walk = self.walk(known, settings, drive, self._near(inputs, settings, drive))
         truth = truth_of(self._machine, known, walk, settings, drive)
-        return WalkReading(read_sensors(inputs.grid, truth, settings), truth, walk.sliding)
+        seen = known if drive is Drive.MEASURED else None
+        return WalkReading(read_sensors(inputs.grid, truth, settings, seen), truth, walk.sliding)
 
     def _near(self, inputs: LeggedInputs, settings: Settings, drive: Drive) -> Sliding | None:
         """Return the answer from which searches of this trial start: with laws, without other causes.
