@@ -178,10 +178,15 @@ class GapEffectsRequest:
     """``bigant gap effects``: the catalogue of effects that a simulator may lack.
 
     Each effect with its stage, what it can act on, its numbers with units and bounds, its physics and its
-    remedy. With --effects FILE.py your own effects are listed after them, which also checks the file (it
-    is run as Python: open only files that you trust).
+    remedy. Without a run it is the legged robot's catalogue; with one that of its machine, whose bounds
+    follow from its masses, limits and sensors. With --effects FILE.py your own effects are listed after
+    them, which also checks the file (it is run as Python: open only files that you trust).
     """
 
+    trial: Path | None = argument(
+        "TRIAL", "a run of the machine (default: a legged robot)", nargs="?", default=None
+    )
+    machine: str = option(MACHINE, "FILE", default="")
     effects: Path | None = option("effects of your own", "FILE.py")
     stage: str | None = option("only those of one stage", "STAGE")
     json: bool = as_json("print JSON")

@@ -8,12 +8,13 @@ import mujoco
 import numpy as np
 import pytest
 
+from gap.diagnosis.diagnose import diagnose
 from gap.interfaces import Cause, Drive
 from gap.machines.mujoco.machine import MjcfMachine, make_machine
 from gap.machines.mujoco.quiet import quiet
 from model.errors import GapError
 from record.trial.trial import Trial
-from tests.gap.mjcf_arms import ARM, LOOP, arm, arm_log, chirps, log_of, stepped
+from tests.gap.mjcf_arms import ARM, KD, KP, LOOP, arm, arm_log, chirps, log_of, stepped
 
 # What steps of 2.5 ms in place of 1 ms make of a joint at 2 rad/s.
 STEP_RAD = 2.5e-3
@@ -214,6 +215,27 @@ def test_a_candidate_that_breaks_the_simulator_pays_and_a_broken_file_is_a_sente
     stiff = make_machine([replace(healthy, header=replace(healthy.header, drive=weak))])
     cause = Cause("controller_gain", (), (5.0,))
     assert np.isfinite(stiff.predict(healthy, (cause,), Drive.COMMAND)).all()
+
+
+@pytest.mark.parametrize("drive", Drive, ids=lambda one: one.value)
+def test_a_weaker_motor_is_all_gains_of_its_loop(
+    machine: MjcfMachine, healthy: Trial, drive: Drive
+) -> None:
+    weaker = Cause("motor_strength", ("fore",), (0.7,))
+    gains = (Cause(f"{name}_gain", ("fore",), (0.7,)) for name in ("controller", "damping"))
+    got = machine.predict(healthy, (weaker,), drive)
+    assert np.allclose(got, machine.predict(healthy, tuple(gains), drive), atol=1e-12)
+    assert not np.allclose(got, machine.predict(healthy, (), drive), atol=1e-4)
+
+
+def test_a_loop_that_mujoco_steps_with_a_weaker_motor_is_named_so() -> None:
+    t, command = chirps(8.0)
+    weak = stepped(arm(), command, kp=0.7 * KP, kd=0.7 * KD)
+    trial = log_of(arm(), LOOP, {"time_s": t, "command_rad": command, "shaft_rad": weak})
+    answer = diagnose([trial], make_machine([trial]))
+    assert answer.causes[0].effect == "motor_strength", answer.sentence
+    assert answer.causes[0].joints == ()
+    assert answer.causes[0].values[0].value == pytest.approx(0.7, abs=0.01)
 
 
 @pytest.mark.parametrize(

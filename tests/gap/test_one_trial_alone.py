@@ -40,7 +40,8 @@ def option(truth: Cause, start: Cause) -> Option:
 def gained_in_each(truth: Cause, found: Option) -> list[float]:
     evidence = trials(truth)
     nothing = unseen_score(evidence, fit_causes(evidence, ()))
-    return np.bincount(evidence.block_part, nothing - found.unseen).tolist()
+    gained: list[float] = np.bincount(evidence.block_part, nothing - found.unseen).tolist()
+    return gained
 
 
 def test_its_other_cycles_judge_a_limit_that_one_trial_reaches() -> None:

@@ -57,11 +57,13 @@ class JointNumbers(NamedTuple):
     """A driven joint, nominally or with causes in it; SI units, at the joint.
 
     ``kp``, ``kd`` and ``limit`` are in N m where the loop gives torque, in duty where it is a firmware's.
+    ``strength`` is the share that its motor gives of a torque that the loop asks for.
     What is added to the model (armature, friction) is added to what its file has.
     """
 
     kp: float = 0.0
     kd: float = 0.0
+    strength: float = 1.0
     limit: float = math.inf
     torque_constant_nm_a: float = 1.0
     supply_v: float = 0.0
@@ -112,7 +114,7 @@ def torque_law(kind: str, p: JointNumbers) -> TorqueLaw:
         stall = p.torque_constant_nm_a * p.supply_v / p.resistance_ohm
         back_emf = p.torque_constant_nm_a**2 / p.resistance_ohm
     else:
-        stall, back_emf = 1.0, 0.0
+        stall, back_emf = p.strength, 0.0
     kp, kd = stall * p.kp * p.encoder_scale, stall * p.kd * p.encoder_scale
     softer = 1.0 + kp * p.compliance_rad_nm  # the encoder sees the twist of what gives
     return TorqueLaw(kp / softer, kd / softer, stall * p.limit, back_emf)

@@ -142,6 +142,13 @@ JOINT_EFFECTS = (
         words=("The drive gives no more than a share of its limit.",
                "Read the limits of current and torque."),
     ),
+    _row(
+        "motor_strength", MOTOR, _times("strength", 0.1, 5.0, 0.2), kinds=(POSITION,), scopes=SAME,
+        words=(
+            "The motor gives a multiple of the torque that its loop asks for, gains and limit alike.",
+            "Hang a known weight on the joint; check supply, motor constant and gear ratio.",
+        ),
+    ),
     _row("supply_voltage", MOTOR, _times("supply_v", 0.4, 2.0, 0.15), kinds=(FIRMWARE,), scopes=SAME),
     _row("winding_resistance", MOTOR, _times("resistance_ohm", 0.4, 3.0, 0.2), kinds=(FIRMWARE,),
          scopes=SAME),

@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from record.trial.trial import write_trial
 from robot.cli.main import run
+from tests.gap.mjcf_arms import arm_log
 
 
 def test_the_list_names_every_effect_and_its_numbers(capsys: pytest.CaptureFixture[str]) -> None:
@@ -24,6 +26,32 @@ def test_json_has_units_bounds_and_words(capsys: pytest.CaptureFixture[str]) -> 
     assert effects[0]["parameters"][0]["name"] == "ratio"
     assert effects[0]["parameters"][0]["neutral"] == 1.0
     assert all(e["physics"] and e["remedy"] for e in effects)
+
+
+def test_the_list_of_a_machine_is_that_of_a_run_of_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    trial = tmp_path / "run.parquet"
+    write_trial(arm_log(2.0), trial)
+    assert run(["gap", "effects", str(trial)]) == 0
+    text = capsys.readouterr().out
+    assert "motor_strength  (whole machine, single joints)" in text
+    assert "payload  (single bodies)" in text
+    assert run(["gap", "effects", str(trial), "--json", "--stage", "motor"]) == 0
+    motor = [one["effect"] for one in json.loads(capsys.readouterr().out)]
+    assert motor[0] == "armature"
+    assert "motor_strength" in motor
+    assert run(["gap", "effects", str(trial), "--stage", "friction"]) == 2
+    assert "stages are controller, motor, transmission, load, sensing" in capsys.readouterr().err
+
+
+def test_a_machine_without_a_run_and_a_run_that_is_none_say_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["gap", "effects", "--machine", "arm.xml"]) == 2
+    assert "needs a run of that machine" in capsys.readouterr().err
+    assert run(["gap", "effects", str(tmp_path / "nothing.parquet")]) != 0
+    assert "nothing.parquet" in capsys.readouterr().err
 
 
 SHARED = """
