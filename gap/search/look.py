@@ -17,7 +17,7 @@ from gap.search.contained import containing
 from gap.search.edges import with_seen_edges
 from gap.search.fit import ROUNDS, Fitted
 from gap.search.healthy_search import HealthySearch
-from gap.search.newest import newest
+from gap.search.newest import newest, newest_left
 from gap.search.novelty import Trials, chance_healthy
 from gap.search.options import (
     CAUSE_LEVEL,
@@ -213,6 +213,7 @@ class Look:
         ranked = [best for best, *_ in forms.values()]
         options: list[Option] = []
         usual: list[tuple[Option, float]] = []
+        open_ones: list[tuple[Option, float]] = []
         least_p, level = 1.0, self.level(selection.fitted)
         for listed in self._lists(ranked, selection.fitted):
             own = [forms[gain.signature.candidate.family] for gain in listed]
@@ -227,27 +228,42 @@ class Look:
                     continue
                 p = self.chance(one)
                 if p < level and self._closes_enough(one, selection):
-                    one, p = self.off_bound(one, p, options)
-                    best = containing(self.evidence, one, usual)
-                    known = [other for other, _ in usual]
-                    rivals = [
-                        other
-                        for other in options
-                        if not best.added.hunts
-                        and not other.added.hunts
-                        and other not in known
-                        and other is not best
-                    ]
-                    return best, p, tuple(sorted(rivals, key=rank))
+                    if p < CAUSE_LEVEL or self.healthy is None:
+                        return self._taken(one, p, options, usual)
+                    open_ones.append((one, p))  # a surer one may come
+                    continue
                 if self.healthy is None:
                     if one.added.hunts:  # it was looked at before the others
                         continue
                     return one, 1.0, ()
                 usual.append((one, p))  # healthy runs show it as well: no rival of what is new
                 least_p = min(least_p, max(p, level))
+        if open_ones:
+            return self._taken(*min(open_ones, key=lambda own: own[1]), options, usual)
         if usual:
             return min(usual, key=lambda own: own[1])[0], least_p, ()
         return (min(options, key=rank), least_p, ()) if options else None
+
+    def _taken(
+        self,
+        one: Option,
+        p: float,
+        options: Sequence[Option],
+        usual: Sequence[tuple[Option, float]],
+    ) -> tuple[Option, float, tuple[Option, ...]]:
+        """Return what is taken, its p-value and its alternatives, best first."""
+        one, p = self.off_bound(one, p, options)
+        best = containing(self.evidence, one, usual)
+        known = [other for other, _ in usual]
+        rivals = [
+            other
+            for other in options
+            if not best.added.hunts
+            and not other.added.hunts
+            and other not in known
+            and other is not best
+        ]
+        return best, p, tuple(sorted(rivals, key=rank))
 
     def _forms(self, selection: Selection, signatures: Signatures) -> dict[Family, list[Gain]]:
         """Return the forms of each cause that may be next, the best form of each first."""
@@ -297,8 +313,13 @@ class Look:
                 listed = shortlist(ranked, self.search.shortlist, near, least)
             ranked = [gain for gain in ranked if gain not in listed]
             yield listed
-        if self.known is not None and not standing.causes:
-            chance = newest(self.known.search)
+        if self.known is not None:
+            search = self.known.search
+            chance = (
+                newest_left(search, self.evidence, standing.residual)
+                if standing.causes
+                else newest(search)
+            )
             new = [
                 (among_all, gain)
                 for gain in ranked

@@ -220,12 +220,22 @@ def _how_far(d: Diagnosis) -> list[str]:
 def _sizes(d: Diagnosis) -> list[str]:
     if not d.detectable:
         return []
-    hidden_most = sorted(d.detectable, key=lambda one: -one.of_range)
-    rows = [(s.effect, s.parameter, size_words(s)) for s in hidden_most[:MOST_SIZES]]
-    lines = ["smallest sizes that would have been detected, what could hide best first:"]
-    lines += table_lines((Column(""),) * 3, rows, "  ")
-    if len(d.detectable) > MOST_SIZES:
-        lines.append(f"  and {len(d.detectable) - MOST_SIZES} more, in --html and --json")
+    whole = [one for one in d.detectable if "@" not in one.parameter]  # else joint by joint as well
+    hidden_most = sorted(whole, key=lambda one: -one.of_range)
+    sized = [one for one in hidden_most if one.values]
+    blind = [f"{one.effect} {one.parameter}" for one in hidden_most if not one.values]
+    rows = [(s.effect, s.parameter, size_words(s)) for s in sized[:MOST_SIZES]]
+    lines = []
+    if sized:
+        lines.append("smallest sizes that would have been detected, what could hide best first:")
+        lines += table_lines((Column(""),) * 3, rows, "  ")
+    if blind:
+        more = f" and {len(blind) - MOST_SIZES} more" if len(blind) > MOST_SIZES else ""
+        lines.append(
+            f"not detectable at any size that makes sense: {', '.join(blind[:MOST_SIZES])}{more}"
+        )
+    if len(d.detectable) > len(rows) + min(len(blind), MOST_SIZES):
+        lines.append("  all sizes are in --html and --json")
     return lines
 
 

@@ -43,7 +43,7 @@ def corrected(trial: Trial, text: str) -> MjcfMachine:
         Cause("coulomb_friction_at_every_joint", (), (0.2, 0.4)),
         Cause("body_mass", ("upper",), (1.3,)),
         Cause("body_centre", ("fore",), (0.01, 0.0, -0.02)),
-        Cause("payload", ("fore",), (0.2,)),
+        Cause("payload", ("fore",), (0.2, 0.03, 0.0, -0.05)),
         Cause("gravity_direction", (), (0.0, 0.1)),
     ],
 )

@@ -24,7 +24,7 @@ TWO_TREES = """<mujoco><worldbody>
   <body name="b" pos="1 0 0"><joint name="b" axis="0 1 0"/>
     <inertial pos="0 0 -0.2" mass="2" diaginertia="0.01 0.01 0.001"/></body>
 </worldbody></mujoco>"""
-WEIGHT = """<body pos="0 0 -0.2">
+WEIGHT = """<body pos="{} 0 {}">
   <inertial pos="0 0 0" mass="0.4" diaginertia="1e-9 1e-9 1e-9"/></body></body></body>"""
 
 
@@ -82,10 +82,25 @@ def test_a_heavier_body_and_a_payload_are_what_the_file_would_say(
     columns = {"time_s": t, "command_rad": command}
     trial = log_of(arm(), LOOP, columns | {"shaft_rad": stepped(heavier, command)})
     assert off_rad(machine, trial, Cause("body_mass", ("fore",), (1.5,))) < STEP_RAD
-    loaded = arm().replace("</body></body>", WEIGHT)
-    trial = log_of(arm(), LOOP, columns | {"shaft_rad": stepped(loaded, command)})
-    assert off_rad(machine, trial) > 0.01
-    assert off_rad(machine, trial, Cause("payload", ("fore",), (0.4,))) < STEP_RAD
+    for x_m, z_m in ((0.0, 0.0), (0.04, -0.06)):  # from the end, 0.2 m down
+        loaded = arm().replace("</body></body>", WEIGHT.format(x_m, z_m - 0.2))
+        trial = log_of(arm(), LOOP, columns | {"shaft_rad": stepped(loaded, command)})
+        assert off_rad(machine, trial) > 0.01
+        payload = Cause("payload", ("fore",), (0.4, x_m, 0.0, z_m))
+        assert off_rad(machine, trial, payload) < STEP_RAD
+
+
+def test_a_payload_beside_the_end_of_the_arm_is_found_where_it_hangs() -> None:
+    t, command = chirps(8.0)
+    loaded = arm().replace("</body></body>", WEIGHT.format(0.06, -0.26))
+    trial = log_of(arm(), LOOP, {
+        "time_s": t, "command_rad": command, "shaft_rad": stepped(loaded, command),
+    })  # fmt: skip
+    answer = diagnose([trial], make_machine([trial]))
+    assert (answer.causes[0].effect, answer.causes[0].joints) == ("payload", ("fore",))
+    mass_kg, x_m, _, z_m = (one.value for one in answer.causes[0].values)
+    assert mass_kg == pytest.approx(0.4, rel=0.1)
+    assert (x_m, z_m) == pytest.approx((0.06, -0.06), abs=0.015)
 
 
 def test_every_effect_is_nothing_at_its_neutral_value(machine: MjcfMachine, healthy: Trial) -> None:

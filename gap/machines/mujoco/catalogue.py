@@ -51,12 +51,12 @@ class JointScales:
 
 @dataclass(frozen=True, slots=True)
 class BodyScales:
-    """Names of bodies with mass [kg] and size [m], and of those that end a chain."""
+    """Names of bodies with mass [kg] and size [m], and of those that carry: ends of chains, a free base."""
 
     names: tuple[str, ...]
     mass_kg: FloatArray
     size_m: FloatArray
-    ends: tuple[str, ...]
+    carriers: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,9 +159,10 @@ def _body_effects(bodies: BodyScales) -> tuple[MjcfEffect, ...]:
             BODY, (("x_m", "+"), ("y_m", "+"), ("z_m", "+")), parts=bodies.names,
         ),
         MjcfEffect(
-            "payload", LOAD, (share("mass_kg", "kg", 0.3 * mass, 10.0 * mass),), ONE,
-            "A weight is fixed to the far end of a body.", "Weigh it.",
-            BODY, (("payload_kg", "+"),), parts=bodies.ends,
+            "payload", LOAD, (share("mass_kg", "kg", 0.3 * mass, 10.0 * mass), *axes), ONE,
+            "A weight is fixed to a body, so far from its end, which is twice as far out as its centre.",
+            "Weigh it, and measure where it hangs.",
+            BODY, (("payload_kg", "+"), *((f"payload_{a}_m", "+") for a in "xyz")), parts=bodies.carriers,
         ),
     )  # fmt: skip
 

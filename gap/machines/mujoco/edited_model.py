@@ -86,7 +86,7 @@ class ModelEditor:
 
 
 def change_body(model: Any, number: int, p: BodyNumbers, end: FloatArray) -> None:
-    """Scale a body's mass and inertia, move its centre of mass, and put a weight at its end."""
+    """Scale a body's mass and inertia, move its centre of mass, and put a weight on it, near its end."""
     model.body_mass[number] *= p.mass_ratio
     model.body_inertia[number] *= p.mass_ratio
     model.body_ipos[number] += p.x_m, p.y_m, p.z_m
@@ -96,8 +96,9 @@ def change_body(model: Any, number: int, p: BodyNumbers, end: FloatArray) -> Non
     turned = Rotation.from_quat(model.body_iquat[number], scalar_first=True).as_matrix()
     about = turned @ np.diag(model.body_inertia[number]) @ turned.T
     total = mass + p.payload_kg
-    joint = (mass * centre + p.payload_kg * end) / total
-    for weight, place in ((mass, centre), (p.payload_kg, end)):
+    there = end + np.array([p.payload_x_m, p.payload_y_m, p.payload_z_m])
+    joint = (mass * centre + p.payload_kg * there) / total
+    for weight, place in ((mass, centre), (p.payload_kg, there)):
         away = place - joint
         about = about + weight * (away @ away * np.eye(3) - np.outer(away, away))
     sizes, axes = np.linalg.eigh(about)

@@ -267,8 +267,11 @@ def _channel_kinds(drive: DriveTable, trials: Sequence[Trial]) -> tuple[str, ...
 def _body_scales(rigid: RigidModel) -> BodyScales:
     model = rigid.model
     parents = {int(model.body_parentid[one]) for one in rigid.body}
-    ends = tuple(
-        name for name, one in zip(rigid.bodies, rigid.body, strict=True) if int(one) not in parents
+    base = int(rigid.body.min()) if rigid.floating else -1
+    carriers = tuple(
+        name
+        for name, one in zip(rigid.bodies, rigid.body, strict=True)
+        if int(one) not in parents or int(one) == base
     )
     size = np.fmax(2.0 * np.linalg.norm(far_ends(rigid), axis=1) / 2.0, 0.02)
-    return BodyScales(rigid.bodies, np.asarray(model.body_mass[rigid.body]), size, ends)
+    return BodyScales(rigid.bodies, np.asarray(model.body_mass[rigid.body]), size, carriers)

@@ -10,13 +10,16 @@ from model.effects.causes import Cause, joint_by_joint
 
 
 class BodyNumbers(NamedTuple):
-    """How a body differs from the file: mass with inertia, centre of mass, and a mass at its end."""
+    """How a body differs from the file: mass with inertia, centre of mass, and a mass near its end."""
 
     mass_ratio: float = 1.0
     x_m: float = 0.0
     y_m: float = 0.0
     z_m: float = 0.0
     payload_kg: float = 0.0
+    payload_x_m: float = 0.0
+    payload_y_m: float = 0.0
+    payload_z_m: float = 0.0
 
 
 class WorldNumbers(NamedTuple):

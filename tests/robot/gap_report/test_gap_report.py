@@ -281,17 +281,28 @@ def test_sizes_are_values_that_make_sense(
 def test_a_size_beyond_the_bounds_is_no_size_anywhere(nothing: Diagnosis) -> None:
     one = Detectable("hip_mount_offset", "x_m", 0.064, "m", 0.0, -0.05, 0.05)
     d = replace(nothing, detectable=(one, replace(one, parameter="y_m", size=0.04)))
-    words = "not detectable within its bounds (-0.05 to 0.05 m)"
-    for text in ("\n".join(summary_lines(d, FILES)), plain(diagnosis_page(d, *SUBJECT))):
-        assert words in text
-        assert "0.064" not in text
+    on_screen, page = "\n".join(summary_lines(d, FILES)), plain(diagnosis_page(d, *SUBJECT))
+    assert "not detectable at any size that makes sense: hip_mount_offset x_m" in on_screen
+    assert "not detectable within its bounds (-0.05 to 0.05 m)" in page
+    assert "0.064" not in on_screen + page
     assert [one["values"] for one in diagnosis_json(d)["detectable"]] == [[], [-0.04, 0.04]]
 
 
 def test_the_terminal_says_how_many_sizes_it_leaves_out(nothing: Diagnosis) -> None:
     one = Detectable("effect", "p", 0.1, "", 1.0, 0.0, 2.0)
     lines = summary_lines(replace(nothing, detectable=(one,) * 15), FILES)
-    assert "  and 3 more, in --html and --json" in lines
+    assert "  all sizes are in --html and --json" in lines
+    assert sum(line.startswith("  effect") for line in lines) == 12
+    few = summary_lines(replace(nothing, detectable=(one,) * 3), FILES)
+    assert not any("--html and --json" in line for line in few)
+
+
+def test_the_terminal_has_no_sizes_joint_by_joint(nothing: Diagnosis) -> None:
+    one = Detectable("play", "width_rad", 0.1, "rad", 0.0, 0.0, 2.0)
+    each = replace(one, effect="play_at_every_joint", parameter="width_rad@elbow")
+    text = "\n".join(summary_lines(replace(nothing, detectable=(one, each)), FILES))
+    assert "play" in text and "at_every_joint" not in text
+    assert "all sizes are in --html and --json" in text
 
 
 def test_what_could_hide_best_is_listed_first(nothing: Diagnosis) -> None:
@@ -300,7 +311,8 @@ def test_what_could_hide_best_is_listed_first(nothing: Diagnosis) -> None:
     never = Detectable("never", "p", 9.0, "", 1.0, 0.0, 2.0)
     lines = summary_lines(replace(nothing, detectable=(plain, hidden, never)), FILES)
     head = next(i for i, one in enumerate(lines) if one.startswith("smallest sizes"))
-    assert [one.split()[0] for one in lines[head + 1 : head + 4]] == ["never", "hidden", "plain"]
+    assert [one.split()[0] for one in lines[head + 1 : head + 3]] == ["hidden", "plain"]
+    assert lines[head + 3] == "not detectable at any size that makes sense: never p"
 
 
 def next_run(number: int, pair: tuple[str, str] = ("delay", "lag"), limits: str = "") -> NextRun:
