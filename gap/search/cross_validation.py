@@ -68,17 +68,17 @@ def unseen_residual(evidence: Evidence, fitted: Fitted) -> FloatArray:
 def _groups(evidence: Evidence, fitted: Fitted) -> IntArray:
     """Return the blocks that are left out together, as a number each, (B,)."""
     folds, part = evidence.folds, evidence.block_part
-    told = np.zeros((folds.max() + 1, len(fitted.away), len(fitted.away)))
+    grams = np.zeros((folds.max() + 1, len(fitted.away), len(fitted.away)))
     weighted = fitted.slopes * evidence.weights(fitted.residual)
     for fold in np.unique(folds):
         on = folds[evidence.block_of_frame] == fold
-        told[fold] = np.einsum("pfc,qfc->pq", weighted[:, on], fitted.slopes[:, on], optimize=True)
-    scale = 1.0 / np.sqrt(np.fmax(np.diagonal(told.sum(axis=0)), 1e-30))
-    told *= np.outer(scale, scale)
-    whole = told.sum(axis=0) + LOST**2 * np.eye(len(scale))
+        grams[fold] = np.einsum("pfc,qfc->pq", weighted[:, on], fitted.slopes[:, on], optimize=True)
+    scale = 1.0 / np.sqrt(np.fmax(np.diagonal(grams.sum(axis=0)), 1e-30))
+    grams *= np.outer(scale, scale)
+    whole = grams.sum(axis=0) + LOST**2 * np.eye(len(scale))
     groups = folds.copy()
     for fold in np.unique(folds):
-        if linalg.eigh(whole - told[fold], whole, eigvals_only=True)[0] < LOST:
+        if linalg.eigh(whole - grams[fold], whole, eigvals_only=True)[0] < LOST:
             on = np.flatnonzero(folds == fold)
             place = np.arange(len(on)) - np.searchsorted(part[on], part[on])  # in its trial
             groups[on] = groups.max() + 1 + place * 3 // np.bincount(part)[part[on]]
