@@ -95,7 +95,7 @@ def _diagnosis(trial: Trial) -> Ability:
     if not trial.header.robot_text:
         return Ability("diagnosis", False, NO_ROBOT)
     try:
-        coverage = coverage_of(machine_simulator(trial.header), trial)
+        coverage = coverage_of(run_simulator(trial), trial)
     except BigantError as error:
         return Ability("diagnosis", False, str(error))
     total = len(coverage.visible) + len(coverage.hidden)
@@ -136,6 +136,16 @@ def _kind(channel: str) -> str:
         if channel.startswith(start):
             return kind
     return "body" if channel.startswith(("body", "roll", "pitch")) else channel
+
+
+def run_simulator(trial: Trial) -> Simulator:
+    """Return the simulator of a trial; what is read of a MuJoCo model follows from what was logged.
+
+    Raises:
+        GapError: The machine's file cannot be used.
+    """
+    legged = trial.header.kind == LEGGED
+    return machine_simulator(trial.header) if legged else simulator_for([trial])
 
 
 @lru_cache(maxsize=1)

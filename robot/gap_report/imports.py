@@ -36,8 +36,8 @@ from robot.gap_report.abilities import (
     Ability,
     abilities,
     ability_rows,
-    machine_simulator,
     odometry_ability,
+    run_simulator,
 )
 from robot.requests.recorded import ImportRequest
 
@@ -230,7 +230,7 @@ def data_faults(trial: Trial | None) -> tuple[DataFault, ...]:
     if trial is None or not trial.header.robot_text:
         return ()
     try:
-        return machine_simulator(trial.header).check(trial)
+        return run_simulator(trial).check(trial)
     except BigantError:
         return ()  # a machine's file that cannot be simulated says so when it is diagnosed
 

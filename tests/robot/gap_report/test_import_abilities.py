@@ -11,7 +11,8 @@ from gap.diagnosis.coverage import blind_spots, coverage_of
 from gap.interfaces import Cause, DataFault, Drive
 from model.errors import GapError
 from record.trial.import_table import ImportReport
-from record.trial.trial import Trial, write_trial
+from record.trial.table_file import TableColumn
+from record.trial.trial import Trial, build_trial, write_trial
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
@@ -20,6 +21,7 @@ from robot.gap_report.abilities import Ability, abilities, machine_simulator
 from robot.gap_report.blind import blind_json, blind_lines, sensors_of
 from robot.gap_report.imports import TableReport, all_lines
 from robot.virtual.twin_run import make_twin, plan_of, walk_fast
+from tests.gap.mjcf_arms import arm_log
 
 
 @pytest.fixture(scope="module")
@@ -163,6 +165,20 @@ def test_the_leg_of_a_force_is_no_joint_of_an_mjcf(
     assert diagnosis["words"].endswith(
         "not compared, as the simulator does not predict them: forces"
     )
+
+
+def test_torque_that_was_logged_is_compared_with_a_model_s() -> None:
+    run = arm_log(2.0)
+    torque = [TableColumn(f"torque_{one}_nm", np.ones(len(run.time_s))) for one in run.joints]
+    columns = [TableColumn("time_s", run.time_s)]
+    for at, one in enumerate(run.joints):
+        columns += [
+            TableColumn(f"command_{one}_rad", run.command_rad[:, at]),
+            TableColumn(f"shaft_{one}_rad", run.shaft_rad[:, at]),
+        ]
+    for more, words in ([], "in shafts"), (torque, "in shafts, torque"):
+        (diagnosis,) = abilities(build_trial(run.header, (*columns, *more)))
+        assert diagnosis.words.endswith(words), diagnosis.words
 
 
 # What runs cannot show, said before they are judged.
