@@ -23,6 +23,7 @@ from gap.search.cross_validation import Advantage
 from gap.search.fit import Fitted, fit_causes
 from gap.search.healthy_search import search_healthy
 from gap.search.look import Known, Look, Search, Selection
+from gap.search.newest import newest_left
 from gap.search.options import (
     CAUSE_LEVEL,
     Option,
@@ -291,3 +292,52 @@ def test_what_vibrates_is_idle_where_it_does_next_to_nothing_in_the_mean() -> No
     idle = selection_module._idle
     assert idle(lag, cause("lag", 0.0029), VIBRATES_LEAST)
     assert not idle(lag, cause("lag", 0.0031), VIBRATES_LEAST)
+
+
+@pytest.mark.parametrize(
+    ("chances", "taken"),
+    [
+        ({"stiffness": 0.15, "tether": 0.06}, "tether"),  # both open: the surest
+        ({"stiffness": 0.15, "tether": 0.01}, "tether"),
+        ({"stiffness": 0.03, "tether": 0.01}, "stiffness"),  # both sure: what gains most
+        ({"stiffness": 0.15, "tether": 0.5}, "stiffness"),
+        ({"stiffness": 0.5, "tether": 0.06}, "tether"),
+        ({"stiffness": 0.5, "tether": 0.5}, None),
+    ],
+)
+def test_a_cause_that_is_open_waits_for_a_surer_one(
+    monkeypatch: pytest.MonkeyPatch, chances: dict[str, float], taken: str | None
+) -> None:
+    """The stiffness gains far more than the tether."""
+    toy = Toy()
+    trials = toy_case([Cause("stiffness", ("b",), (0.6,)), Cause("tether", (), (0.15,))], 3)
+    found, healthy = evidences(toy, trials, toy_references(3))
+    signatures = make_signatures(found, candidates_of(toy), (), lambda share: None)
+    nothing = fit_causes(found, ())
+    start = Selection(nothing, found.score(nothing.residual).sum(axis=1), ())
+    monkeypatch.setattr(
+        Look, "chance", lambda self, option: chances.get(option.added.effect.name, 1.0)
+        if option.added.joints in {(), ("b",)} else 1.0
+    )  # fmt: skip
+    monkeypatch.setattr(Look, "level", lambda self, fitted: OPEN_LEVEL)
+    best = Look(found, healthy, Search()).one_more(start, signatures)
+    assert best is not None
+    option, p, rivals = best
+    if taken is None:
+        assert p >= OPEN_LEVEL
+    else:
+        assert (option.added.effect.name, p) == (taken, chances[taken])
+        assert option not in rivals
+
+
+def test_what_is_newest_of_what_a_cause_leaves_is_that_which_is_left() -> None:
+    toy = Toy()
+    stiffness = Cause("stiffness", ("b",), (0.6,))
+    trials = toy_case([stiffness, Cause("tether", (), (0.1,))], 3)
+    found, healthy = evidences(toy, trials, toy_references(3))
+    assert healthy is not None
+    left = fit_causes(found, (stiffness,)).residual
+    before = newest_left(healthy.search, found, found.base)
+    after = newest_left(healthy.search, found, left)
+    assert before["stiffness", ("b",)] < 1e-3 < 0.05 < after["stiffness", ("b",)]
+    assert min(after, key=after.__getitem__) == ("tether", ())
