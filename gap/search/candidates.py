@@ -20,9 +20,7 @@ from gap.residuals.vibration import ChannelVibration
 NEARBY = 0.05  # of a value, the longest step of a limit
 STEP = 0.25  # of the spread, for differences about the neutral value
 FINE_STEP = 0.05  # about a fitted one
-FINE_BELOW = (
-    0.002  # of a fitted limit: what falls behind a slower one by little, does so on every turn
-)
+FINE_BELOW = 0.002  # of a fitted limit, whose edge may be near above it
 AWAY = 2.0  # spreads from neutral, of an effect that looks unlike itself there
 QUANTILES = (0.15, 0.35, 0.55, 0.75)
 WIDE = 6.0  # spreads
@@ -174,9 +172,10 @@ def step_of(parameter: Parameter, value: float, share: float) -> float:
 
 def fine_step(parameter: Parameter, value: float, share: float) -> float:
     """Return the step of a slope about a fitted value; a limit's is a short one to where it shows more."""
-    if is_limit(parameter):
-        return max(-FINE_BELOW * value, parameter.lower - value) or FINE_BELOW * value
-    return step_of(parameter, value, share)
+    if not is_limit(parameter):
+        return step_of(parameter, value, share)
+    step = FINE_BELOW * value
+    return -step if value - step >= parameter.lower else step
 
 
 def stepped(

@@ -228,9 +228,10 @@ class Look:
                     continue
                 p = self.chance(one)
                 if p < level and self._closes_enough(one, selection):
-                    if p < CAUSE_LEVEL or self.healthy is None:
+                    # what gains as much as the first cause is an alternative to it, however sure
+                    if p < CAUSE_LEVEL or self.healthy is None or not selection.steps:
                         return self._taken(one, p, options, usual)
-                    open_ones.append((one, p))  # a surer one may come
+                    open_ones.append((one, p))  # behind others a surer one may come
                     continue
                 if self.healthy is None:
                     if one.added.hunts:  # it was looked at before the others

@@ -22,7 +22,7 @@ from gap.search.candidates import STEP, Candidate, candidates_of, starts_of, ste
 from gap.search.cross_validation import Advantage
 from gap.search.fit import Fitted, fit_causes
 from gap.search.healthy_search import search_healthy
-from gap.search.look import Known, Look, Search, Selection
+from gap.search.look import Known, Look, Search, Selection, Step
 from gap.search.newest import newest_left
 from gap.search.options import (
     CAUSE_LEVEL,
@@ -295,31 +295,39 @@ def test_what_vibrates_is_idle_where_it_does_next_to_nothing_in_the_mean() -> No
 
 
 @pytest.mark.parametrize(
-    ("chances", "taken"),
+    ("behind", "chances", "taken"),
     [
-        ({"stiffness": 0.15, "tether": 0.06}, "tether"),  # both open: the surest
-        ({"stiffness": 0.15, "tether": 0.01}, "tether"),
-        ({"stiffness": 0.03, "tether": 0.01}, "stiffness"),  # both sure: what gains most
-        ({"stiffness": 0.15, "tether": 0.5}, "stiffness"),
-        ({"stiffness": 0.5, "tether": 0.06}, "tether"),
-        ({"stiffness": 0.5, "tether": 0.5}, None),
+        (True, {"stiffness": 0.15, "tether": 0.06}, "tether"),  # both open: the surest
+        (True, {"stiffness": 0.15, "tether": 0.01}, "tether"),
+        (True, {"stiffness": 0.03, "tether": 0.01}, "stiffness"),  # both sure: what gains most
+        (True, {"stiffness": 0.15, "tether": 0.5}, "stiffness"),
+        (True, {"stiffness": 0.5, "tether": 0.06}, "tether"),
+        (True, {"stiffness": 0.5, "tether": 0.5}, None),
+        (False, {"stiffness": 0.15, "tether": 0.01}, "stiffness"),  # a first cause: what gains most
     ],
 )
-def test_a_cause_that_is_open_waits_for_a_surer_one(
-    monkeypatch: pytest.MonkeyPatch, chances: dict[str, float], taken: str | None
+def test_a_further_cause_that_is_open_waits_for_a_surer_one(
+    monkeypatch: pytest.MonkeyPatch, behind: bool, chances: dict[str, float], taken: str | None
 ) -> None:
     """The stiffness gains far more than the tether."""
     toy = Toy()
     trials = toy_case([Cause("stiffness", ("b",), (0.6,)), Cause("tether", (), (0.15,))], 3)
     found, healthy = evidences(toy, trials, toy_references(3))
-    signatures = make_signatures(found, candidates_of(toy), (), lambda share: None)
-    nothing = fit_causes(found, ())
-    start = Selection(nothing, found.score(nothing.residual).sum(axis=1), ())
-    monkeypatch.setattr(
-        Look, "chance", lambda self, option: chances.get(option.added.effect.name, 1.0)
-        if option.added.joints in {(), ("b",)} else 1.0
-    )  # fmt: skip
+    candidates = candidates_of(toy)
+    signatures = make_signatures(found, candidates, (), lambda share: None)
+    start = Selection(fit_causes(found, ()), found.score(found.base).sum(axis=1), ())
+    if behind:
+        delay = next(one for one in candidates if one.effect.name == "delay")
+        first = fit_option(found, delay, (delay.cause((0.001,)),), start.unseen)
+        start = Selection(first.fitted, first.unseen, (Step(first, ()),))
+
+    def chance(look: Look, option: Option) -> float:
+        there = option.added.joints in {(), ("b",)}
+        return chances.get(option.added.effect.name, 1.0) if there else 1.0
+
+    monkeypatch.setattr(Look, "chance", chance)
     monkeypatch.setattr(Look, "level", lambda self, fitted: OPEN_LEVEL)
+    monkeypatch.setattr(Look, "_closes_enough", lambda self, one, selection: True)
     best = Look(found, healthy, Search()).one_more(start, signatures)
     assert best is not None
     option, p, rivals = best
