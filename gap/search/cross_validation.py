@@ -7,6 +7,7 @@ instead, a third of them at a time. Gains of two sets are paired block by block.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy import linalg
@@ -40,6 +41,25 @@ def steps_without(
         fitted: The fit to all.
         group_of_frame: Group of each frame, (F,).
     """
+    return _steps(fitted, _normal_equations(evidence, fitted, group_of_frame))
+
+
+class _Normal(NamedTuple):
+    """Normal equations of a fit, from each of G groups of frames apart.
+
+    Attributes:
+        groups: Their numbers, (G,).
+        grams: Products of the slopes with each other, (G, P, P).
+        pulls: And with the residual, (G, P).
+    """
+
+    groups: IntArray
+    grams: FloatArray
+    pulls: FloatArray
+
+
+def _normal_equations(evidence: Evidence, fitted: Fitted, group_of_frame: IntArray) -> _Normal:
+    """What each group of frames tells of the values."""
     weights = evidence.weights(fitted.residual)
     groups, size = np.unique(group_of_frame), len(fitted.away)
     grams, pulls = np.empty((len(groups), size, size)), np.empty((len(groups), size))
@@ -48,40 +68,50 @@ def steps_without(
         weighted = fitted.slopes[:, on] * weights[on]
         grams[i] = np.einsum("pfc,qfc->pq", weighted, fitted.slopes[:, on])
         pulls[i] = np.einsum("pfc,fc->p", weighted, fitted.residual[on])
-    gram = grams.sum(axis=0) - grams + np.eye(size)
-    pull = pulls.sum(axis=0) - fitted.away - pulls
-    return groups, np.linalg.solve(gram, pull[:, :, None])[:, :, 0]
+    return _Normal(groups, grams, pulls)
+
+
+def _steps(fitted: Fitted, normal: _Normal) -> tuple[IntArray, FloatArray]:
+    """Groups, and how far a fit without each moves the values."""
+    gram = normal.grams.sum(axis=0) - normal.grams + np.eye(len(fitted.away))
+    pull = normal.pulls.sum(axis=0) - fitted.away - normal.pulls
+    return normal.groups, np.linalg.solve(gram, pull[:, :, None])[:, :, 0]
 
 
 def unseen_residual(evidence: Evidence, fitted: Fitted) -> FloatArray:
     """Whitened residual of each frame under the fit without its fold, (F, C)."""
     if not len(fitted.away):
         return fitted.residual
-    group_of_frame = _groups(evidence, fitted)[evidence.block_of_frame]
+    group_of_frame = evidence.folds[evidence.block_of_frame]
+    normal = _normal_equations(evidence, fitted, group_of_frame)
+    alone = _needed(normal)
+    if len(alone):
+        group_of_frame = _thirds_of(evidence, alone)[evidence.block_of_frame]
+        normal = _normal_equations(evidence, fitted, group_of_frame)
     out = fitted.residual.copy()
-    for group, step in zip(*steps_without(evidence, fitted, group_of_frame), strict=True):
+    for group, step in zip(*_steps(fitted, normal), strict=True):
         on = group_of_frame == group
         out[on] -= np.einsum("p,pfc->fc", step, fitted.slopes[:, on])
     return out
 
 
-def _groups(evidence: Evidence, fitted: Fitted) -> IntArray:
-    """Return the blocks that are left out together, as a number each, (B,)."""
-    folds, part = evidence.folds, evidence.block_part
-    grams = np.zeros((folds.max() + 1, len(fitted.away), len(fitted.away)))
-    weighted = fitted.slopes * evidence.weights(fitted.residual)
-    for fold in np.unique(folds):
-        on = folds[evidence.block_of_frame] == fold
-        grams[fold] = np.einsum("pfc,qfc->pq", weighted[:, on], fitted.slopes[:, on], optimize=True)
-    scale = 1.0 / np.sqrt(np.fmax(np.diagonal(grams.sum(axis=0)), 1e-30))
-    grams *= np.outer(scale, scale)
+def _needed(normal: _Normal) -> IntArray:
+    """Folds without which the others tell nothing of some value."""
+    whole = normal.grams.sum(axis=0)
+    scale = 1.0 / np.sqrt(np.fmax(np.diagonal(whole), 1e-30))
+    grams = normal.grams * np.outer(scale, scale)
     whole = grams.sum(axis=0) + LOST**2 * np.eye(len(scale))
-    groups = folds.copy()
-    for fold in np.unique(folds):
-        if linalg.eigh(whole - grams[fold], whole, eigvals_only=True)[0] < LOST:
-            on = np.flatnonzero(folds == fold)
-            place = np.arange(len(on)) - np.searchsorted(part[on], part[on])  # in its trial
-            groups[on] = groups.max() + 1 + place * 3 // np.bincount(part)[part[on]]
+    left = [linalg.eigh(whole - one, whole, eigvals_only=True)[0] for one in grams]
+    return normal.groups[np.array(left) < LOST]
+
+
+def _thirds_of(evidence: Evidence, folds: IntArray) -> IntArray:
+    """Return the fold of each block, (B,), with thirds of the trials of some folds in place of them."""
+    part, groups = evidence.block_part, evidence.folds.copy()
+    for fold in folds:
+        on = np.flatnonzero(evidence.folds == fold)
+        place = np.arange(len(on)) - np.searchsorted(part[on], part[on])  # in its trial
+        groups[on] = groups.max() + 1 + place * 3 // np.bincount(part)[part[on]]
     return groups
 
 

@@ -34,6 +34,7 @@ def read_sensors(
             turned mix what was there, which a prediction may miss by as much as there is: what one
             component gets of another is that of what was seen.
     """
+    seen = truth if seen is None else seen
     foot, body, angles = _in_marker_frame(truth, settings, seen)
     if settings.has("pose_delay", "clock_skew"):
         (delay_s,), (ratio,) = (settings.whole(e) for e in ("pose_delay", "clock_skew"))
@@ -43,7 +44,7 @@ def read_sensors(
         time_s=truth.time_s,
         shaft_rad=truth.shaft_rad * settings.each("encoder_scale")[0],
         foot_m=foot,
-        force_n=_read_force(grid, truth.force_n, settings, None if seen is None else seen.force_n),
+        force_n=_read_force(grid, truth.force_n, settings, seen.force_n),
         body_m=body,
         body_rad=angles,
     )
@@ -108,12 +109,12 @@ def true_forces(force_n: FloatArray, since_s: FloatArray | float, settings: Sett
 
 
 def _read_force(
-    grid: Grid, force_n: FloatArray, settings: Settings, seen_n: FloatArray | None
+    grid: Grid, force_n: FloatArray, settings: Settings, seen_n: FloatArray
 ) -> FloatArray:
     force = force_n
     if settings.has("force_rotation", "force_cross_talk", "force_gain"):
         yaw = -settings.each("force_rotation")[0]
-        x, y = _turned_as_seen(force_n[..., :2], None if seen_n is None else seen_n[..., :2], yaw)
+        x, y = _turned_as_seen(force_n[..., :2], seen_n[..., :2], yaw)
         of_x, of_y = settings.each("force_cross_talk")
         z = force_n[..., 2]
         force = np.stack([x + of_x * z, y + of_y * z, z], axis=-1) * settings.each("force_gain").T
@@ -138,24 +139,17 @@ def _biases(since_s: FloatArray | float, settings: Settings) -> FloatArray:
 
 
 def _turned_as_seen(
-    pair: FloatArray, seen: FloatArray | None, angle: FloatArray
+    pair: FloatArray, seen: FloatArray, angle: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Components of a vector, (..., 2), turned by an angle, by what was seen of it where that is known."""
-    x, y = pair[..., 0], pair[..., 1]
+    known = np.isfinite(seen).all(axis=-1, keepdims=True)
+    x, y = np.moveaxis(np.where(known, seen, pair), -1, 0)
     of_x, of_y = turned(x, y, angle)
-    if seen is None:
-        return of_x, of_y
-    seen_x, seen_y = seen[..., 0], seen[..., 1]
-    known = np.isfinite(seen_x) & np.isfinite(seen_y)
-    as_seen_x, as_seen_y = turned(seen_x, seen_y, angle)
-    return (
-        np.where(known, x + (as_seen_x - seen_x), of_x),
-        np.where(known, y + (as_seen_y - seen_y), of_y),
-    )
+    return pair[..., 0] + (of_x - x), pair[..., 1] + (of_y - y)
 
 
 def _in_marker_frame(
-    truth: SensorSignals, settings: Settings, seen: SensorSignals | None
+    truth: SensorSignals, settings: Settings, seen: SensorSignals
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Feet, body and angles as the markers' frame has them."""
     if not settings.has("pose_yaw_offset", "pose_origin_offset"):
@@ -163,13 +157,11 @@ def _in_marker_frame(
     (turn,), (x_m, y_m) = (settings.whole(e) for e in ("pose_yaw_offset", "pose_origin_offset"))
     yaw = np.array(turn)
     tilt, heading = truth.body_rad[:, :2], truth.body_rad[:, 2]
-    known = None if seen is None else seen.body_rad[:, :2]
+    known = seen.body_rad[:, :2]
     angles = np.column_stack([*_turned_as_seen(tilt, known, -yaw), heading + yaw])
     feet = turned(truth.foot_m[..., 0] - x_m, truth.foot_m[..., 1] - y_m, -yaw)
     foot = np.stack([*feet, truth.foot_m[..., 2]], axis=-1)
-    if known is not None:
-        tilt = np.where(np.isfinite(known), known, tilt)
-    lean = np.column_stack([tilt, heading])
+    lean = np.column_stack([np.where(np.isfinite(known), known, tilt), heading])
     return foot, truth.body_m + _arm(lean, x_m, y_m), angles
 
 

@@ -10,9 +10,8 @@ from gap.diagnosis.coverage import Coverage, coverage_of
 from gap.interfaces import Simulator
 from model.errors import BigantError, ConfigError
 from model.values.arrays import FloatArray
-from record.trial.header import LEGGED, TrialHeader
-from record.trial.table_file import TableColumn
-from record.trial.trial import Trial, build_trial
+from record.trial.header import LEGGED
+from record.trial.trial import Trial
 from robot.config.robot_file import parse_robot
 from robot.gap_report.trials import simulator_for
 
@@ -138,24 +137,14 @@ def _kind(channel: str) -> str:
     return "body" if channel.startswith(("body", "roll", "pitch")) else channel
 
 
+@lru_cache(maxsize=1)
 def run_simulator(trial: Trial) -> Simulator:
     """Return the simulator of a trial; what is read of a MuJoCo model follows from what was logged.
 
     Raises:
         GapError: The machine's file cannot be used.
     """
-    legged = trial.header.kind == LEGGED
-    return machine_simulator(trial.header) if legged else simulator_for([trial])
-
-
-@lru_cache(maxsize=1)
-def machine_simulator(header: TrialHeader) -> Simulator:
-    """Return the simulator of a trial's machine.
-
-    Raises:
-        GapError: Its file cannot be used.
-    """
-    return simulator_for([build_trial(header, (TableColumn("time_s", np.zeros(0)),))])
+    return simulator_for([trial])
 
 
 def ability_rows(each: Sequence[Ability]) -> list[tuple[str, str]]:

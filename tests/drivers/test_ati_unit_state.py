@@ -11,7 +11,8 @@ from sim_hw.ati.console import ConsoleSession
 from sim_hw.ati.memory import MemoryTextLink
 from sim_hw.ati.unit import VirtualWnet
 from sim_hw.clock import VirtualClock
-from tests.drivers.test_ati_stream import Memory, Scripted
+from tests.drivers.test_ati_console import Scripted
+from tests.drivers.test_ati_stream import Memory
 
 SETTINGS = load_robot().force_sensor
 # Bodies as a real unit with firmware 2.1.27 prints them, shortened.

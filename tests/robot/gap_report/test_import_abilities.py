@@ -17,7 +17,7 @@ from robot.cli import main as cli
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.gap_report import diagnose
-from robot.gap_report.abilities import Ability, abilities, machine_simulator
+from robot.gap_report.abilities import Ability, abilities, run_simulator
 from robot.gap_report.blind import blind_json, blind_lines, sensors_of
 from robot.gap_report.imports import TableReport, all_lines
 from robot.virtual.twin_run import make_twin, plan_of, walk_fast
@@ -62,7 +62,7 @@ def test_each_no_names_what_is_missing(whole: Trial) -> None:
 
 
 def test_fewer_effects_are_visible_with_fewer_sensors_and_never_one_more(whole: Trial) -> None:
-    simulator = machine_simulator(whole.header)
+    simulator = run_simulator(whole)
     counts = []
     seen = set(coverage_of(simulator, whole).visible)
     total = len(seen) + len(coverage_of(simulator, whole).hidden)
@@ -191,7 +191,7 @@ SHAFT_EFFECTS = {
 
 
 def test_with_every_sensor_only_what_does_nothing_hides(whole: Trial) -> None:
-    spots = blind_spots(machine_simulator(whole.header), [whole])
+    spots = blind_spots(run_simulator(whole), [whole])
     assert spots.missing == ()
     # an edge in the ground that 8 s of walking never reach, a speed that 0.1 Hz does not ask for
     hidden = {one.effect for one in spots.effects}
@@ -201,7 +201,7 @@ def test_with_every_sensor_only_what_does_nothing_hides(whole: Trial) -> None:
 
 
 def test_without_a_sensor_its_own_effects_hide_and_the_sensor_is_named(whole: Trial) -> None:
-    simulator = machine_simulator(whole.header)
+    simulator = run_simulator(whole)
     spots = blind_spots(simulator, [without(whole, "force_n")])
     totals = tuple(f"total_{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
     assert spots.missing == ("force_z", "force_x", "force_y", *totals, "grip")
@@ -220,13 +220,13 @@ def test_without_a_sensor_its_own_effects_hide_and_the_sensor_is_named(whole: Tr
 
 def test_without_markers_no_force_sensor_is_said_to_be_missing(whole: Trial) -> None:
     """The moment of forces needs both; only what is missing is named."""
-    spots = blind_spots(machine_simulator(whole.header), [without(whole, "foot_m")])
+    spots = blind_spots(run_simulator(whole), [without(whole, "foot_m")])
     assert {"foot_x", "total_moment_x"} <= set(spots.missing)
     assert sensors_of(spots.missing) == ("foot markers",)
 
 
 def test_joints_alone_show_what_moves_shafts_and_nothing_else(whole: Trial) -> None:
-    simulator = machine_simulator(whole.header)
+    simulator = run_simulator(whole)
     spots = blind_spots(simulator, [without(whole, "force_n", "foot_m", *BODY)])
     hidden = {one.effect for one in spots.effects}
     assert {e.name for e in simulator.effects} - hidden == SHAFT_EFFECTS - {"servo_speed_limit"}
@@ -237,7 +237,7 @@ def test_joints_alone_show_what_moves_shafts_and_nothing_else(whole: Trial) -> N
 
 
 def test_a_shaft_gives_under_predicted_loads_where_none_were_measured(whole: Trial) -> None:
-    simulator = machine_simulator(whole.header)
+    simulator = run_simulator(whole)
     soft = (Cause("servo_compliance", (), (0.02,)),)
     changes = []
     for trial in (whole, without(whole, "force_n")):
