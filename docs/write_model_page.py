@@ -108,7 +108,7 @@ def speed_table(speed: dict[str, Any]) -> str:
     counts = " / ".join(map(str, legs))
     faster = model["coulomb_reference"]["median"] / model["coulomb"]["median"]
     against = speed["mujoco_us"]["median"][-1] / speed["ours_us"]["median"][-1]
-    scan, product = model["scan"]["median"], model["product"]["median"]
+    sums, product = model["sums"]["median"], model["product"]["median"]
     pairs = [
         f"{law} {speed[key]['median'][-1]:.2f} ({speed[key]['q25'][-1]:.2f}, {speed[key]['q75'][-1]:.2f})"
         for law, key in (("viscous", "overhead"), ("Coulomb", "overhead_coulomb"))
@@ -124,8 +124,8 @@ def speed_table(speed: dict[str, Any]) -> str:
         (f"{counts} legs, Coulomb", legs_row(speed["coulomb_us"], legs), ""),
         ("MuJoCo `mj_step` of the same disk",
          f"{legs_row(speed['mujoco_us'], legs)}; {against:.0f} times ours", "13 times"),
-        ("trajectory of 10,000 steps: scan, linear pass",
-         f"{scan:.0f}, {product:.0f}: {product / scan:.0f} times", ""),
+        ("trajectory of 10,000 steps: running sums, linear pass",
+         f"{sums:.0f}, {product:.0f}: {product / sums:.0f} times", ""),
         ("two processes, 300,000 frames: time x 2 / time on one", ", ".join(pairs), "below 1.5 at four"),
     ])  # fmt: skip
 

@@ -26,7 +26,10 @@ SILENT = 1e-6  # share of the independent frames below which a signature is none
 BATCH = 16
 EDGE_STARTS = 4  # between a value that shows and one that does not
 FARTHEST = 1.5  # times its start: how far a slope of a limit is followed
-ROOM = 512  # rows of signatures, at first: address space until they are made
+LEAST_ROOM = 512  # rows of signatures, at first: address space until they are made
+ROOM_BYTES = (
+    2**30
+)  # as many rows more as fit into this: to move to another room is to copy them all
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -173,7 +176,8 @@ class _Rows:
 
     def __init__(self, evidence: Evidence, standing: tuple[Cause, ...]) -> None:
         # hundreds of megabytes, which are not to be copied more often than they must
-        self._room = np.empty((ROOM, evidence.base.size), dtype=np.float32)
+        fit = ROOM_BYTES // (max(1, evidence.base.size) * np.dtype(np.float32).itemsize)
+        self._room = np.empty((max(LEAST_ROOM, fit), evidence.base.size), dtype=np.float32)
         self._count = 0
         self._evidence, self._standing = evidence, standing
         self._base = evidence.residuals([standing])[0]

@@ -1,8 +1,7 @@
 """Planar motion: the exponential of a body velocity, and whole trajectories from many of them.
 
-A pose is (x, y, yaw), x and y in metres, yaw in radians. Poses compose associatively, so a trajectory is a
-prefix product: one after the other, or as a scan in which the number of rounds is the logarithm of the
-length (the paper claims the second and runs the first).
+A pose is (x, y, yaw), x and y in metres, yaw in radians. A trajectory is a prefix product. The paper makes
+it one after the other and points to a parallel scan; in the plane it is two running sums.
 """
 
 from typing import TypeVar
@@ -137,29 +136,26 @@ def quaternion_of(yaw_rad: float | FloatArray) -> FloatArray:
     return quaternion
 
 
-def scan(steps: FloatArray) -> FloatArray:
-    """All prefix products of poses in a logarithmic number of vectorised rounds.
+def products(steps: FloatArray, start: FloatArray | None = None) -> FloatArray:
+    """All prefix products of poses, as two running sums.
 
-    Work-efficient: pairs are composed, the half-length problem is solved the same way, and the places
-    in between are filled in; 2 log2 F rounds, 2 F compositions.
+    Turns add up; so do displacements, each turned by all turns before it.
 
     Args:
         steps: Displacements, (F, 3).
+        start: Pose that all of them are composed with, (3,); the origin if None.
 
     Returns:
-        (F, 3): row i is the composition of steps 0 to i.
+        (F + 1, 3): the start, and its composition with steps 0 to i.
     """
-    count = len(steps)
-    if count < 2:
-        return steps.copy()
-    pairs = compose(steps[0 : count - 1 : 2], steps[1::2])
-    even = scan(pairs)
-    out = np.empty_like(steps)
-    out[0] = steps[0]
-    out[1::2] = even
-    inner = steps[2::2]
-    out[2::2] = compose(even[: len(inner)], inner)
-    return out
+    poses = np.zeros((len(steps) + 1, 3))
+    if start is not None:
+        poses[0] = start
+    poses[1:] = steps
+    poses[:, 2] = np.cumsum(poses[:, 2])
+    poses[1:, 0], poses[1:, 1] = turned(steps[:, 0], steps[:, 1], poses[:-1, 2])
+    poses[:, :2] = np.cumsum(poses[:, :2], axis=0)
+    return poses
 
 
 def integrate(
@@ -186,6 +182,4 @@ def integrate(
     periods = np.asarray(period_s, dtype=np.float64)
     if periods.shape not in {(), (len(velocity_B),)}:
         raise ModelError(f"periods must be one or {len(velocity_B)} numbers, not {periods.shape}")
-    steps = exponential(velocity_B * periods[..., None])
-    origin = np.zeros(3) if start is None else np.asarray(start, dtype=np.float64)
-    return compose(origin, np.concatenate([np.zeros((1, 3)), scan(steps)]))
+    return products(exponential(velocity_B * periods[..., None]), start)

@@ -1,4 +1,4 @@
-"""Planar motion against the matrix exponential, and the scan against the product in order."""
+"""Planar motion against the matrix exponential, and trajectories against the product in order."""
 
 from itertools import accumulate
 
@@ -16,8 +16,8 @@ from model.motion.se2 import (
     exponential,
     integrate,
     inverse,
+    products,
     quaternion_of,
-    scan,
     seen_from,
     yaw_of,
 )
@@ -45,11 +45,13 @@ def test_composition_is_that_of_the_matrices(one: np.ndarray, two: np.ndarray) -
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 7, 8, 9, 1000, 10_000])
-def test_the_scan_is_the_product_in_order(count: int) -> None:
+def test_running_sums_are_the_product_in_order(count: int) -> None:
     rng = np.random.default_rng(count)
     steps = rng.normal(scale=[1e-3, 1e-3, 5e-3], size=(count, 3))
-    product = np.array(list(accumulate(steps, compose))).reshape(-1, 3)
-    np.testing.assert_allclose(scan(steps), product, atol=1e-12, rtol=1e-12)
+    start = np.array([1.0, -2.0, 0.7])
+    for origin, made in ((np.zeros(3), products(steps)), (start, products(steps, start))):
+        one_by_one = np.array(list(accumulate(steps, compose, initial=origin)))
+        np.testing.assert_allclose(made, one_by_one, atol=1e-12, rtol=1e-12)
 
 
 def test_a_constant_velocity_draws_a_circle() -> None:
