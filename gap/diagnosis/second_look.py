@@ -250,10 +250,9 @@ def _as_a_law(comparison: GapEvidence, selection: Selection, signatures: Signatu
     taken = look.one_more(selection, signatures)
     if taken is None:
         return None
-    option, p, rivals = taken
-    if p >= look.level(selection.fitted) or not _agrees(comparison, option):
+    if taken.p >= look.level(selection.fitted) or not _agrees(comparison, taken.chosen):
         return None
-    return Step(option, rivals)
+    return replace(taken, p=0.0)
 
 
 def _in_its_channels(

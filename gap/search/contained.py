@@ -3,15 +3,22 @@
 A candidate that explains more may miss the level by little where one passes that explains a part of the
 same: it has more numbers, or its size scatters more from day to day. (A bias of three numbers was named a
 drift of one.) That any cause is new shows a gap; the question is then which cause it has, as where energies
-show it.
+show it. The other way round, an effect with numbers of its own at every joint explains a cause at one of
+them, and what differs at the others from day to day as well.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
 
 from gap.constants import AHEAD_NATS, CONTAINS_SHARE, OPEN_LEVEL
+from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
+from gap.search.candidates import Candidate
 from gap.search.cross_validation import advantage
-from gap.search.options import Option, ends_on_bound, fit_option
+from gap.search.options import CAUSE_LEVEL, Option, ends_on_bound, fit_option, worth
+from model.effects.causes import joint_by_joint
+from model.values.arrays import FloatArray
 
 
 def containing(evidence: Evidence, new: Option, others: Iterable[tuple[Option, float]]) -> Option:
@@ -30,6 +37,72 @@ def containing(evidence: Evidence, new: Option, others: Iterable[tuple[Option, f
         if ahead.nats > max(ahead.error, AHEAD_NATS) and _contains(evidence, other, new):
             return other
     return new
+
+
+def at_one_joint(
+    evidence: Evidence,
+    best: Option,
+    p: float,
+    others: Sequence[Option],
+    chance: Callable[[Option], float],
+    standing: FloatArray,
+) -> tuple[Option, float]:
+    """Return a new cause at one joint that explains most of what one at every joint does, and its chance.
+
+    Args:
+        evidence: What is fitted to.
+        best: What is to be taken.
+        p: Its chance in a healthy machine.
+        others: What was fitted as well, best first.
+        chance: That of another one, ``Look.chance``.
+        standing: Score of each block with what stood before, (B,).
+    """
+    if not best.added.effect.each:
+        return best, p
+    rest = tuple(one for one in best.fitted.causes if one is not best.cause)
+    part = _largest_part(evidence, best, rest, ())
+    listed = [one for one in others if len(one.added.joints) == 1]
+    if all(one.added.key != part.key for one in listed):
+        listed.append(_with_part(evidence, part, rest, standing))
+    for one in listed:
+        most = one.over.nats > CONTAINS_SHARE * best.over.nats or one.added.key == part.key
+        if most and not ends_on_bound(one):
+            own = chance(one)
+            if own < OPEN_LEVEL:
+                there_too = _at_another_joint(evidence, best, one, chance)
+                return (best, p) if there_too else (one, own)
+    return best, p
+
+
+def _largest_part(
+    evidence: Evidence, every: Option, beside: tuple[Cause, ...], without: tuple[str, ...]
+) -> Cause:
+    """What a cause at every joint is at the joint where this explains most beside others."""
+    effect = every.added.effect
+    parts = [c for c in joint_by_joint(every.cause, effect) if c.joints != without]
+    left = [
+        float(evidence.score(one).sum())
+        for one in evidence.residuals([(*beside, part) for part in parts])
+    ]
+    return parts[int(np.argmin(left))]
+
+
+def _with_part(
+    evidence: Evidence, part: Cause, beside: tuple[Cause, ...], standing: FloatArray
+) -> Option:
+    added = Candidate(evidence.effects[part.effect], part.joints)
+    return fit_option(evidence, added, (*beside, part), standing)
+
+
+def _at_another_joint(
+    evidence: Evidence, every: Option, one: Option, chance: Callable[[Option], float]
+) -> bool:
+    """Whether the joint that gains most beside a cause at another surely lacks what every joint may."""
+    beside = one.fitted.causes
+    part = _largest_part(evidence, every, beside, one.added.joints)
+    both = _with_part(evidence, part, beside, one.unseen)
+    clear = worth(both.over, len(part.values), len(both.unseen))
+    return clear and chance(both) < CAUSE_LEVEL
 
 
 def _contains(evidence: Evidence, other: Option, new: Option) -> bool:

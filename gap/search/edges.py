@@ -1,11 +1,18 @@
-"""Edges that nothing crossed: slippery ground below all feet is no patch, it is less grip everywhere."""
+"""Edges: of a patch that nothing crossed, and of limits, below which they act at once.
+
+Slippery ground below all feet is no patch, it is less grip everywhere. The slope of a limit says little of
+the values around it; each value that its slopes were taken about was predicted, so what it gains is known.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 from gap.constants import AHEAD_NATS
 from gap.residuals.evidence import Evidence
+from gap.search.candidates import is_limit
 from gap.search.options import Option
+from gap.search.screen import Gain, Signatures
+from model.values.arrays import FloatArray
 
 
 def with_seen_edges(evidence: Evidence, options: Sequence[Option]) -> list[Option]:
@@ -38,3 +45,31 @@ def _unseen(evidence: Evidence, option: Option) -> bool:
         for one in (option.fitted.residual, evidence.residuals([causes])[0])
     )
     return moved - fitted < AHEAD_NATS
+
+
+def limits_as_they_act(
+    evidence: Evidence, residual: FloatArray, signatures: Signatures, ranked: Sequence[Gain]
+) -> list[Gain]:
+    """Return what candidates gain, best first; limits at the best of their values, if that is more.
+
+    Args:
+        evidence: What is fitted to.
+        residual: What is left so far, whitened, (F, C).
+        signatures: Of all candidates.
+        ranked: What they gain to first order.
+    """
+    before = float(evidence.score(residual).sum())
+    best: dict[tuple[str, tuple[str, ...]], Gain] = {
+        one.signature.candidate.key: one for one in ranked
+    }
+    for one in signatures.each:
+        parameters = one.candidate.effect.parameters
+        known = best.get(one.candidate.key)
+        if known is None or len(parameters) != 1 or not is_limit(parameters[0]) or one.offset < 0:
+            continue
+        change = signatures.matrix[one.offset].reshape(residual.shape)
+        away = (one.start[0] - parameters[0].neutral) / parameters[0].spread
+        nats = before - float(evidence.score(residual - change).sum()) - 0.5 * away**2
+        if nats > known.nats:
+            best[one.candidate.key] = replace(known, signature=one, values=one.start, nats=nats)
+    return sorted(best.values(), key=lambda gain: (-gain.nats, gain.signature.candidate.key))

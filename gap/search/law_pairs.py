@@ -8,6 +8,7 @@ that hardly changes the prediction cannot gain so much with any other, and is no
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from gap.search.candidates import Candidate, families_of
 from gap.search.cross_validation import advantage
@@ -51,9 +52,9 @@ def _with_partner(
     on_trial = Selection(law.fitted, law.unseen, (*selection.steps, Step(law, ())), selection.p)
     signatures = make_signatures(evidence, candidates, law.fitted.causes, lambda _: None)
     added = look.one_more(on_trial, signatures)
-    if added is None or added[1] >= look.level(law.fitted):
+    if added is None or added.p >= look.level(law.fitted):
         return None
-    partner, _, rivals = added
+    partner = added.chosen
     at = len(selection.steps)
     alone = fit_option(
         evidence, partner.added, without(partner.fitted.causes, at), selection.unseen,
@@ -65,5 +66,5 @@ def _with_partner(
     both = advantage(partner.unseen, selection.unseen, evidence.block_part)
     if not worth(both, len(partner.added.effect.parameters), len(alone.unseen)):
         return None
-    steps = (*on_trial.steps, Step(partner, rivals))
+    steps = (*on_trial.steps, replace(added, p=0.0))
     return Selection(partner.fitted, partner.unseen, steps, selection.p)

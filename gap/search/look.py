@@ -13,8 +13,8 @@ from gap.residuals.healthy import Healthy
 from gap.search.at_once import each_of
 from gap.search.beside_days import chance_beside_days, chance_beside_others
 from gap.search.candidates import Family, families_of, too_small
-from gap.search.contained import containing
-from gap.search.edges import with_seen_edges
+from gap.search.contained import at_one_joint, containing
+from gap.search.edges import limits_as_they_act, with_seen_edges
 from gap.search.fit import ROUNDS, Fitted
 from gap.search.healthy_search import HealthySearch
 from gap.search.newest import newest, newest_left
@@ -48,12 +48,14 @@ LISTS = ((NEAR, 0.5), (0.0, 10.0))
 class Step:
     """One cause that was taken, and the others that were fitted in its place, best first.
 
-    ``p`` is its chance in a healthy machine, among all candidates; 0 without references.
+    ``p`` is its chance in a healthy machine, among all candidates; 0 without references. ``wider`` are
+    causes at every joint that it explains most of: while it is named, they are none.
     """
 
     chosen: Option
     rivals: tuple[Option, ...]
     p: float = 0.0
+    wider: tuple[Family, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -201,10 +203,8 @@ class Look:
         """Return what a cause has to gain where there are no references, of what is left in each block."""
         return self.search.least_gain * float(unseen.sum())
 
-    def one_more(
-        self, selection: Selection, signatures: Signatures
-    ) -> tuple[Option, float, tuple[Option, ...]] | None:
-        """Return the best next cause, its p-value (1: not to be taken), its alternatives.
+    def one_more(self, selection: Selection, signatures: Signatures) -> Step | None:
+        """Return the best next cause, with its p-value (1: not to be taken) and its alternatives.
 
         With references, what differs most between days may be all of the first list; so there are more.
         Where none is to be taken, it is the one that is nearest to it.
@@ -230,20 +230,21 @@ class Look:
                 if p < level and self._closes_enough(one, selection):
                     # what gains as much as the first cause is an alternative to it, however sure
                     if p < CAUSE_LEVEL or self.healthy is None or not selection.steps:
-                        return self._taken(one, p, options, usual)
+                        return self._taken(one, p, options, usual, selection)
                     open_ones.append((one, p))  # behind others a surer one may come
                     continue
                 if self.healthy is None:
                     if one.added.hunts:  # it was looked at before the others
                         continue
-                    return one, 1.0, ()
+                    return Step(one, (), 1.0)
                 usual.append((one, p))  # healthy runs show it as well: no rival of what is new
                 least_p = min(least_p, max(p, level))
         if open_ones:
-            return self._taken(*min(open_ones, key=lambda own: own[1]), options, usual)
+            sure, p = min(open_ones, key=lambda own: own[1])
+            return self._taken(sure, p, options, usual, selection)
         if usual:
-            return min(usual, key=lambda own: own[1])[0], least_p, ()
-        return (min(options, key=rank), least_p, ()) if options else None
+            return Step(min(usual, key=lambda own: own[1])[0], (), least_p)
+        return Step(min(options, key=rank), (), least_p) if options else None
 
     def _taken(
         self,
@@ -251,10 +252,14 @@ class Look:
         p: float,
         options: Sequence[Option],
         usual: Sequence[tuple[Option, float]],
-    ) -> tuple[Option, float, tuple[Option, ...]]:
-        """Return what is taken, its p-value and its alternatives, best first."""
+        selection: Selection,
+    ) -> Step:
+        """Return what is taken, with its p-value and its alternatives, best first."""
         one, p = self.off_bound(one, p, options)
         best = containing(self.evidence, one, usual)
+        if self.known is not None:
+            others = sorted(options, key=rank)
+            best, p = at_one_joint(self.evidence, best, p, others, self.chance, selection.unseen)
         known = [other for other, _ in usual]
         rivals = [
             other
@@ -264,16 +269,25 @@ class Look:
             and other not in known
             and other is not best
         ]
-        return best, p, tuple(sorted(rivals, key=rank))
+        # what every joint lacks beside it is no alternative to it
+        wider = [
+            one for one in options if self.known and best.added.joints and one.added.effect.each
+        ]
+        rivals = [one for one in rivals if one not in wider]
+        return Step(
+            best, tuple(sorted(rivals, key=rank)), p, tuple(one.added.family for one in wider)
+        )
 
     def _forms(self, selection: Selection, signatures: Signatures) -> dict[Family, list[Gain]]:
         """Return the forms of each cause that may be next, the best form of each first."""
         taken = families_of(selection.fitted.causes, self.evidence.effects)
+        taken |= {family for step in selection.steps for family in step.wider}
         residual = selection.fitted.residual
         least = self.least_nats(selection.unseen)
+        ranked = gains(signatures, residual, self.evidence.weights(residual))
         listed = [
             gain
-            for gain in gains(signatures, residual, self.evidence.weights(residual))
+            for gain in limits_as_they_act(self.evidence, residual, signatures, ranked)
             if gain.signature.candidate.family not in taken
             and self._may_gain(gain, signatures, least)
         ]

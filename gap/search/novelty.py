@@ -24,6 +24,10 @@ from gap.search.scatter import NOTHING_USUAL, Usual, UsualScatter, healthy_scatt
 from gap.search.sizes import SEEN, Sizes, ahead_of, sizes_of
 from model.values.arrays import FloatArray
 
+SHOWS = (
+    0.01  # of the energy that a cause has at its joint, that it must have at another to be compared
+)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trials:
@@ -57,11 +61,20 @@ def chance_healthy(
     places = [(place,) for place in places_for(effect, simulator)] if single else [added.joints]
     order = [added.joints, *(place for place in places if place != added.joints)]
     sizes = sizes_in_references(healthy, [replace(added, joints=place) for place in order])
-    known, *others = (values for values, _ in sizes)
+    (known, noise), *elsewhere = sizes
+    others = [values for values, own in elsewhere if _shows_there(own, noise)]
     others += sizes_across(healthy, added, effect)
-    noise = sizes[0][1]
     expected = usual.of(single).times(float(noise.mean()) if len(noise) else 1.0)
     return chance_of(seen, known, others, len(added.values), expected)
+
+
+def _shows_there(own: FloatArray, here: FloatArray) -> bool:
+    """Whether a cause shows at another joint, by its variances by noise there and here, (R,) each.
+
+    A zero of the encoder of a vertical axis, which carries no weight, or what is much for a wrist, at a
+    shoulder: sizes there are noise.
+    """
+    return len(own) > 0 and len(here) > 0 and float(here.mean() / own.mean()) > SHOWS
 
 
 def chance_of(

@@ -6,6 +6,7 @@ well to first order are fitted in its place. The set that predicts held-out bloc
 """
 
 from collections.abc import Collection, Iterator
+from dataclasses import replace
 
 from gap.constants import AHEAD_NATS
 from gap.interfaces import Cause
@@ -14,7 +15,7 @@ from gap.search.at_once import each_of
 from gap.search.candidates import Candidate, families_of, too_small
 from gap.search.cross_validation import unseen_score
 from gap.search.fit import fit_causes
-from gap.search.look import Look, Selection, Step
+from gap.search.look import Look, Selection
 from gap.search.options import CAUSE_LEVEL, Option, fit_option
 from gap.search.screen import Signatures, gains
 
@@ -90,7 +91,7 @@ def in_its_place(
     step = selection.steps[at]
     rivals = (step.chosen, *step.rivals)
     rivals = tuple(one for one in rivals if one.added.family != option.added.family)
-    own = Step(option, rivals, step.p if p is None else p)
+    own = replace(step, chosen=option, rivals=rivals, p=step.p if p is None else p)
     steps = (*selection.steps[:at], own, *selection.steps[at + 1 :])
     return Selection(option.fitted, option.unseen, steps, selection.p)
 
@@ -113,6 +114,7 @@ def _others(
         if (key := one.signature.candidate.key) != own
         and one.signature.candidate.family not in others
         and one.nats > NEAR_AS_GOOD * own_gain
+        and one.signature.candidate.family not in step.wider
     ]
     by_key = {one.signature.candidate.key: one.signature.candidate for one in ranked}
     for cause in listed[:IN_PLACE]:

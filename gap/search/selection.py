@@ -150,17 +150,16 @@ def _forward(
         taken = look.one_more(selection, signatures)
         if taken is None:
             break
-        best, p, others = taken
+        best = taken.chosen
         if not selection.steps:
-            selection = replace(selection, p=p, nearest=best)
+            selection = replace(selection, p=taken.p, nearest=best)
         elif _seen_before(selection):  # a second look
-            selection = replace(selection, p=min(selection.p, 2.0 * p))
-        if p >= look.level(selection.fitted):
+            selection = replace(selection, p=min(selection.p, 2.0 * taken.p))
+        if taken.p >= look.level(selection.fitted):
             break
         share = best.over.nats / max(float(selection.unseen.sum()), 1e-9)
-        selection = Selection(
-            best.fitted, best.unseen, (*selection.steps, Step(best, others, p)), selection.p
-        )
+        steps = (*selection.steps, taken)
+        selection = Selection(best.fitted, best.unseen, steps, selection.p)
         selection = _dropped(evidence, selection, len(selection.steps) - 1)
         left = evidence.mean_excess(selection.fitted.residual)
         law = not best.added.effect.parameters

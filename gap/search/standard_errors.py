@@ -27,6 +27,7 @@ import numpy as np
 from gap.constants import FORCES_DIFFER, MEAN_DIFFERS, MODELS_DIFFER, PLACES_DIFFER
 from gap.interfaces import Cause, Effect
 from gap.residuals.evidence import Evidence
+from gap.search.candidates import is_limit
 from gap.search.cross_validation import steps_without
 from gap.search.fit import Fitted
 from gap.search.novelty import Trials, sizes_in_references, sizes_in_trials
@@ -76,7 +77,11 @@ def _of_the_model(evidence: Evidence, fitted: Fitted) -> FloatArray:
         located = np.array([one.located for one in effect.parameters], dtype=bool)
         share = FORCES_DIFFER if effect.by_forces else MODELS_DIFFER
         size = np.abs(away) if effect.each else np.linalg.norm(away[~located])
-        errors.append(np.where(located, PLACES_DIFFER, share * size))
+        off = np.where(located, PLACES_DIFFER, share * size)
+        for i, (p, value) in enumerate(zip(effect.parameters, cause.values, strict=True)):
+            if is_limit(p):  # how far it is from where nothing reaches it says nothing
+                off[i] = FORCES_DIFFER * value / p.spread
+        errors.append(off)
     return np.concatenate(errors)
 
 

@@ -1,21 +1,24 @@
 """What all joints lack is one cause with a size at each, and joints are ranked by their part of the gap."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.findings import Verdict
 from gap.diagnosis.gap_evidence import compare
 from gap.diagnosis.joint_ranking import rank_joints
 from gap.diagnosis.study import make_study
-from gap.interfaces import Cause, Drive, Effect, Parameter, Scope
+from gap.interfaces import Cause, Drive, Effect, Parameter, Scope, check_causes
 from gap.machines.servo_bench.simulator import servo_bench
 from model.effects.causes import at_every_joint, joint_by_joint
+from model.values.arrays import FloatArray
 from record.trial.header import SERVO_BENCH, TrialHeader, TrialNoise
 from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, build_trial
-from tests.gap.toy import CHANNELS, Toy, toy_case, toy_references
+from tests.gap.toy import CHANNELS, EFFECTS, JOINTS, Toy, toy_case, toy_references
 
 SIZES = {"hip": 0.05, "knee": 0.14, "ankle": 0.09}
 SERVO = """[joint.{}]
@@ -104,3 +107,54 @@ def test_a_cause_of_every_joint_is_those_of_each() -> None:
 def test_a_bench_of_one_joint_has_no_effect_of_every_joint() -> None:
     alone = leg_trial(0).only(("knee",))
     assert not [one for one in servo_bench([alone]).effects if one.each]
+
+
+STIFFNESS = next(one for one in EFFECTS if one.name == "stiffness")
+ALL_SOFT = at_every_joint(STIFFNESS, JOINTS)
+WANDER = 0.03  # of each joint's stiffness, from run to run
+WITH_ALL_SOFT = (*EFFECTS, ALL_SOFT)
+
+
+class EachToy(Toy):
+    """A toy that can be soft at every joint; an offset of joint ``a``, which carries none, is nothing."""
+
+    def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
+        check_causes(causes, self)
+        by_name = {effect.name: effect for effect in self.effects}
+        each = [one for cause in causes for one in joint_by_joint(cause, by_name[cause.effect])]
+        hidden = [
+            replace(one, values=(1e-12 * one.values[0],)) if one.key == ("offset", ("a",)) else one
+            for one in each
+        ]
+        return super().predict(trial, hidden, drive)
+
+
+@pytest.mark.parametrize(
+    ("ratios", "named"),
+    [
+        ((1.0, 1.0, 0.75), [("stiffness", ("c",))]),
+        ((0.75, 0.75, 0.75), [("stiffness_at_every_joint", ())]),
+    ],
+)
+def test_one_joint_is_named_where_the_others_differ_as_from_day_to_day(
+    ratios: Sequence[float], named: list[tuple[str, tuple[str, ...]]]
+) -> None:
+    """Sizes at every joint also follow the days, and gain more than the size of one."""
+    true = [
+        Cause("stiffness", (joint,), (ratio,)) for joint, ratio in zip(JOINTS, ratios, strict=True)
+    ]
+    trials, known = toy_case(true, 7, wander=WANDER), toy_references(7, wander=WANDER)
+    answer = diagnose(trials, EachToy(WITH_ALL_SOFT), known)
+    assert [(one.effect, one.joints) for one in answer.causes] == named
+    assert answer.verdict is Verdict.EXPLAINED
+
+
+def test_a_joint_at_which_a_cause_shows_nothing_tells_nothing_of_its_scatter() -> None:
+    trials, known = toy_case([Cause("offset", ("b",), (0.1,))], 5), toy_references(5)
+    chances = [
+        found.p_cause
+        for simulator in (Toy(), EachToy(WITH_ALL_SOFT))
+        if (found := diagnose(trials, simulator, known).detection) is not None
+    ]
+    assert max(chances) < 1e-3
+    assert len(chances) == 2

@@ -12,6 +12,7 @@ from gap.diagnosis.diagnose import diagnose
 from gap.interfaces import Cause, Drive
 from gap.machines.mujoco.machine import MjcfMachine, make_machine
 from gap.machines.mujoco.quiet import quiet
+from gap.search.candidates import is_limit
 from model.errors import GapError
 from record.trial.trial import Trial
 from tests.gap.mjcf_arms import ARM, KD, KP, LOOP, arm, arm_log, chirps, log_of, stepped
@@ -124,7 +125,9 @@ def test_every_effect_does_something_and_is_refused_outside_its_bounds(
             continue
         place = () if effect.scopes[0].name == "ALL" else (effect.parts or machine.joints)[-1:]
         values = tuple(
-            p.neutral + 0.5 * p.spread * (1 if p.upper > p.neutral else -1)
+            2.0 * p.lower  # what is not reached does nothing
+            if is_limit(p)
+            else p.neutral + 0.5 * p.spread * (1 if p.upper > p.neutral else -1)
             for p in effect.parameters
         )
         there = machine.predict(healthy, (Cause(effect.name, place, values),), Drive.MEASURED)
@@ -251,6 +254,33 @@ def test_a_loop_that_mujoco_steps_with_a_weaker_motor_is_named_so() -> None:
     assert answer.causes[0].effect == "motor_strength", answer.sentence
     assert answer.causes[0].joints == ()
     assert answer.causes[0].values[0].value == pytest.approx(0.7, abs=0.01)
+
+
+@pytest.mark.parametrize(("slow", "where"), [((0, 1), ()), ((1,), ("fore",))])
+def test_a_speed_limit_in_the_servos_is_found(
+    slow: tuple[int, ...], where: tuple[str, ...]
+) -> None:
+    t, command = chirps(16.0)
+    limited, most = command.copy(), 2.2 / 100.0  # rad a sample; the commands reach 5.6 rad/s
+    for row in range(1, len(t)):
+        step = command[row] - limited[row - 1]
+        for at in slow:
+            limited[row, at] = limited[row - 1, at] + np.clip(step[at], -most, most)
+    columns = {"time_s": t, "command_rad": command, "shaft_rad": stepped(arm(), limited)}
+    trial = log_of(arm(), LOOP, columns)
+    answer = diagnose([trial], make_machine([trial]))
+    assert (answer.causes[0].effect, answer.causes[0].joints) == ("speed_limit", where)
+    assert answer.causes[0].values[0].value == pytest.approx(2.2, rel=0.02)
+
+
+def test_a_speed_limit_above_the_speed_of_held_commands_does_nothing(
+    machine: MjcfMachine, healthy: Trial
+) -> None:
+    """A command that holds for 10 ms jumps, and a limit on jumps would look like a delay."""
+    above = Cause("speed_limit", (), (8.0,))
+    for drive in Drive:
+        there, without = (machine.predict(healthy, one, drive) for one in ((above,), ()))
+        assert np.allclose(there, without, atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -330,12 +330,11 @@ def test_a_further_cause_that_is_open_waits_for_a_surer_one(
     monkeypatch.setattr(Look, "_closes_enough", lambda self, one, selection: True)
     best = Look(found, healthy, Search()).one_more(start, signatures)
     assert best is not None
-    option, p, rivals = best
     if taken is None:
-        assert p >= OPEN_LEVEL
+        assert best.p >= OPEN_LEVEL
     else:
-        assert (option.added.effect.name, p) == (taken, chances[taken])
-        assert option not in rivals
+        assert (best.chosen.added.effect.name, best.p) == (taken, chances[taken])
+        assert best.chosen not in best.rivals
 
 
 def test_what_is_newest_of_what_a_cause_leaves_is_that_which_is_left() -> None:

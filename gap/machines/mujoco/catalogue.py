@@ -160,7 +160,8 @@ def _body_effects(bodies: BodyScales) -> tuple[MjcfEffect, ...]:
         ),
         MjcfEffect(
             "payload", LOAD, (share("mass_kg", "kg", 0.3 * mass, 10.0 * mass), *axes), ONE,
-            "A weight is fixed to a body, so far from its end, which is twice as far out as its centre.",
+            "A weight is fixed to a body. x, y, z count along its axes from its far end: the point that is "
+            "twice as far from its origin as its centre of mass.",
             "Weigh it, and measure where it hangs.",
             BODY, (("payload_kg", "+"), *((f"payload_{a}_m", "+") for a in "xyz")), parts=bodies.carriers,
         ),

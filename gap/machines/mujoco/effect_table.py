@@ -130,6 +130,9 @@ JOINT_EFFECTS = (
          kinds=LOOPS, scopes=SAME),
     _row("servo_lag", CONTROLLER, (share("time_constant_s", "s", 0.03, 0.5), ("lag_s", "+"), PLAIN),
          kinds=LOOPS, scopes=SAME),
+    _row("speed_limit", CONTROLLER,
+         (Parameter("limit_rad_s", "rad/s", 100.0, 0.2, 100.0, 50.0), ("speed_limit_rad_s", "<"), PLAIN),
+         kinds=LOOPS, scopes=SAME),
     _row("controller_gain", CONTROLLER, _times("kp", 0.1, 5.0, 0.3), kinds=LOOPS, scopes=SAME),
     _row(
         "damping_gain", CONTROLLER, _times("kd", 0.0, 5.0, 0.3), kinds=LOOPS, needs=DAMPED, scopes=SAME,

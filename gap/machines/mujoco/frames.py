@@ -196,7 +196,9 @@ def targets_of(
     else:
         target = _mean_held(frames.command_s, command, at_s, dt)
     if p.speed_limit_rad_s < UNLIMITED_RAD_S:
-        target = speed_limited(target, p.speed_limit_rad_s, dt)
+        # what holds and jumps is as slow as what it samples: a limit above that speed does nothing
+        smooth = at_times(frames.command_s, command, at_s)
+        target = target - (smooth - speed_limited(smooth, p.speed_limit_rad_s, dt))
     target = lagged(target, p.lag_s, dt)
     if p.play_rad > 0.0:
         target = play(target, p.play_rad, float(frames.motion.angle[0, joint]))

@@ -72,7 +72,7 @@ CATALOGUE = (
            (("lag_s", "+"),),
            ("The position loop follows its command like a first-order low pass.",
             "Raise the position gain, or look for a profile or filter in the firmware.")),
-    _entry("speed_limit", "controller", (Parameter("limit_rad_s", "rad/s", 100.0, 0.2, 100.0, 5.0),),
+    _entry("speed_limit", "controller", (Parameter("limit_rad_s", "rad/s", 100.0, 0.2, 100.0, 50.0),),
            IDEAL, "", (("speed_limit_rad_s", "<"),),
            ("The shaft cannot turn faster than this, and catches up when its command rests.",
             "Read the profile and torque limits of the servo; check the supply.")),
