@@ -10,7 +10,7 @@ from gap.diagnosis.probability import RivalCause
 from gap.residuals.evidence import Evidence
 from gap.rounding import value_words
 from gap.search.fit import ENOUGH_SEPARATION, Fitted, energy_left
-from gap.search.look import Selection, Step
+from gap.search.steps import Selection, Step
 from model.values.arrays import FloatArray
 
 MOST_OPEN = 2

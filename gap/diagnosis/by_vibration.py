@@ -11,9 +11,9 @@ from dataclasses import replace
 from gap.diagnosis.probability import behind_of, blur_of, vibration_nats_of, weight_of
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import families_of
-from gap.search.look import Selection
 from gap.search.options import Option, nats_beyond
 from gap.search.replacement import fitted_for, in_its_place, without
+from gap.search.steps import Selection
 
 
 def settled_by_vibration(

@@ -16,9 +16,9 @@ from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.parts import TrialPart, whole_parts
 from gap.residuals.predictions import Predictor
 from gap.search.candidates import Candidate, candidates_of
-from gap.search.look import Search
 from gap.search.screen import make_signatures
 from gap.search.selection import select
+from gap.search.steps import Search
 from record.trial.trial import Trial
 
 FEWEST_CONDITIONS = 2

@@ -20,9 +20,9 @@ from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, whitened_runs
 from gap.search.fit import Fitted
-from gap.search.look import Known
 from gap.search.options import CAUSE_LEVEL, worth_size
 from gap.search.screen import Signature, Signatures
+from gap.search.steps import Known
 
 NEARLY = 2.0  # times its level, up to which a chance that is no gap is nearly one
 

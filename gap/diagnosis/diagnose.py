@@ -41,10 +41,10 @@ from gap.residuals.predictions import PredictsElsewhere
 from gap.residuals.vibration import settled
 from gap.search.candidates import Candidate, families_of
 from gap.search.cross_validation import unseen_residual
-from gap.search.look import Selection
 from gap.search.options import closed_beyond, nats_beyond
 from gap.search.selection import BY_ITSELF, WHOLE_SEARCH, closed_share, select
 from gap.search.standard_errors import standard_errors, with_rough_means
+from gap.search.steps import Selection
 from record.trial.trial import Trial
 
 Progress = Callable[[str, float], None]

@@ -21,9 +21,9 @@ from gap.diagnosis.held_stage import agrees, helps_its_stage
 from gap.diagnosis.how_far import HowFar, how_far
 from gap.diagnosis.probability import HALF, clear_of_nothing
 from gap.search.candidates import families_of, size_of
-from gap.search.look import Selection
 from gap.search.replacement import fitted_for, in_its_place, left_out
 from gap.search.standard_errors import standard_errors
+from gap.search.steps import Selection
 
 RIVALS = 2  # of a cause, that are tried in its place
 

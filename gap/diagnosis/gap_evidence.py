@@ -7,13 +7,13 @@ from functools import partial
 from gap.diagnosis.baselines import Baseline, baselines
 from gap.diagnosis.study import Study
 from gap.interfaces import Drive
+from gap.residuals.at_once import meanwhile
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
-from gap.search.at_once import meanwhile
 from gap.search.candidates import Candidate, at_hunting, candidates_of, with_vibrations
 from gap.search.healthy_search import search_healthy
-from gap.search.look import Known
 from gap.search.screen import Signatures, make_signatures
+from gap.search.steps import Known
 from model.errors import GapError
 
 

@@ -36,8 +36,8 @@ from gap.diagnosis.how_far import HowFar
 from gap.interfaces import Cause, Effect
 from gap.residuals.left_there import HeldOutEnergies, left_at_joint
 from gap.search.cross_validation import Advantage, advantage
-from gap.search.look import Selection
 from gap.search.options import Option
+from gap.search.steps import Selection
 from model.values.arrays import FloatArray, IntArray
 
 HALF = 0.5  # chance that a cause's size is not nothing, below which it is more likely nothing

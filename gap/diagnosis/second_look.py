@@ -29,7 +29,7 @@ from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, Family, families_of, size_of
 from gap.search.contained import containing
 from gap.search.fit import Fitted
-from gap.search.look import Look, Search, Selection, Step, rank
+from gap.search.look import Look, rank
 from gap.search.options import (
     Option,
     as_they_act,
@@ -40,6 +40,7 @@ from gap.search.options import (
 )
 from gap.search.replacement import left_out
 from gap.search.screen import Gain, Signatures, gains, make_signatures
+from gap.search.steps import Search, Selection, Step
 from gap.search.unlike import unlike_joints
 
 MOST_MORE = 8  # causes

@@ -12,6 +12,7 @@ import numpy as np
 
 from gap.constants import ASSUMED_MISFIT, MOST_INFLATION
 from gap.interfaces import Cause, Drive, Simulator
+from gap.residuals.at_once import meanwhile
 from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
 from gap.residuals.floor import ENOUGH_REFERENCES, Floor, make_floor, without_drift
 from gap.residuals.healthy import Healthy, farthest, healthy_runs, nearest
@@ -21,7 +22,6 @@ from gap.residuals.part_error import PartError, rms
 from gap.residuals.parts import TrialPart, split, whole_parts
 from gap.residuals.predictions import Predictor, PredictsElsewhere
 from gap.residuals.vibration import ChannelVibration, vibration_of
-from gap.search.at_once import meanwhile
 from model.errors import GapError
 from model.values.arrays import BoolArray
 from record.trial.trial import Trial

@@ -18,8 +18,8 @@ from gap.residuals.evidence import Evidence
 from gap.residuals.floor import ENOUGH_REFERENCES
 from gap.rounding import value_words
 from gap.search.candidates import on_bound
-from gap.search.look import Selection
 from gap.search.options import Option
+from gap.search.steps import Selection
 from model.values.arrays import FloatArray
 
 FEW_BLOCKS = 6

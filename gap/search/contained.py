@@ -57,18 +57,19 @@ def at_one_joint(
         chance: That of another one, ``Look.chance``.
         standing: Score of each block with what stood before, (B,).
     """
-    if not best.added.effect.each:
-        return best, p
+    effect = best.added.effect
+    if not effect.each or joint_by_joint(best.cause, effect)[0].effect not in evidence.effects:
+        return best, p  # or the effect of single joints was taken out of the catalogue
     rest = tuple(one for one in best.fitted.causes if one is not best.cause)
     part = _largest_part(evidence, best, rest, ())
-    listed = [one for one in others if len(one.added.joints) == 1]
+    listed = [one for one in others if set(one.added.joints) & set(effect.each)]
     if all(one.added.key != part.key for one in listed):
         listed.append(_with_part(evidence, part, rest, standing))
     for one in listed:
         most = one.over.nats > CONTAINS_SHARE * best.over.nats or one.added.key == part.key
         if most and not ends_on_bound(one):
             own = chance(one)
-            if own < OPEN_LEVEL:
+            if own < max(CAUSE_LEVEL, p):
                 there_too = _at_another_joint(evidence, best, one, chance)
                 return (best, p) if there_too else (one, own)
     return best, p

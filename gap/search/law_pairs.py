@@ -12,10 +12,11 @@ from dataclasses import replace
 
 from gap.search.candidates import Candidate, families_of
 from gap.search.cross_validation import advantage
-from gap.search.look import Look, Selection, Step
+from gap.search.look import Look
 from gap.search.options import Option, fit_option, worth
 from gap.search.replacement import without
 from gap.search.screen import make_signatures
+from gap.search.steps import Selection, Step
 
 
 def law_with_partner(

@@ -1,28 +1,25 @@
 """One more cause: the best candidate that is new, beside what is known of healthy runs."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from gap.constants import ENERGY_LEVEL, HIDDEN_SHARE, LEAST_SHARE, OPEN_LEVEL, REST_SHARE
+from gap.constants import ENERGY_LEVEL, HIDDEN_SHARE, OPEN_LEVEL, REST_SHARE
+from gap.residuals.at_once import each_of
 from gap.residuals.chances import clearer
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
-from gap.residuals.healthy import Healthy
-from gap.search.at_once import each_of
 from gap.search.beside_days import chance_beside_days, chance_beside_others
 from gap.search.candidates import Family, families_of, too_small
 from gap.search.contained import at_one_joint, containing
 from gap.search.edges import limits_as_they_act, with_seen_edges
-from gap.search.fit import ROUNDS, Fitted
-from gap.search.healthy_search import HealthySearch
+from gap.search.fit import Fitted
 from gap.search.newest import newest, newest_left
 from gap.search.novelty import Trials, chance_healthy
 from gap.search.options import (
     CAUSE_LEVEL,
     NEAR,
-    SHORTLIST,
     Option,
     as_they_act,
     ends_on_bound,
@@ -35,101 +32,13 @@ from gap.search.options import (
     worth,
 )
 from gap.search.screen import Gain, Signatures, gains
+from gap.search.steps import Known, Search, Selection, Step
 from model.values.arrays import FloatArray
 
-MOST_CAUSES = 5
 BESIDE = 4  # candidates at single joints that are fitted beside walked ones of the whole machine
 NEWEST = 4  # candidates that are fitted because they are new to first order, whatever they gain
 # Of a first and of a second list: share of the best's first-order gain and nats that candidates must have.
 LISTS = ((NEAR, 0.5), (0.0, 10.0))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Step:
-    """One cause that was taken, and the others that were fitted in its place, best first.
-
-    ``p`` is its chance in a healthy machine, among all candidates; 0 without references. ``wider`` are
-    causes at every joint that it explains most of: while it is named, they are none.
-    """
-
-    chosen: Option
-    rivals: tuple[Option, ...]
-    p: float = 0.0
-    wider: tuple[Family, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Selection:
-    """The causes.
-
-    Attributes:
-        fitted: All of them together.
-        unseen: Score of each block without its fold, (B,).
-        steps: One a cause, in the order of ``fitted.causes``.
-        p: Chance that a healthy machine shows any candidate as large as the best of the first step (or of
-            the first after what vibrates, if that is less, for two looks); 1 if there was none.
-        nearest: The candidate with that chance.
-        refused: Steps to what was new, but held-out runs spoke against.
-    """
-
-    fitted: Fitted
-    unseen: FloatArray
-    steps: tuple[Step, ...]
-    p: float = 1.0
-    nearest: Option | None = None
-    refused: tuple[Step, ...] = ()
-
-    def rivals_of(self, at: int) -> tuple[Option, ...]:
-        """Return the alternatives to a cause; what is named as well does not stand in its place."""
-        named = {step.chosen.added.family for step in self.steps}
-        return tuple(one for one in self.steps[at].rivals if one.added.family not in named)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Known:
-    """References in units of what the others predict, and what the search finds in each of them.
-
-    Once as evidence, once each by itself. ``held`` are trials that are held out, where there are some.
-    """
-
-    runs: Evidence
-    each: Sequence[Healthy]
-    searched: Callable[[], HealthySearch]
-    held: Evidence | None = None
-
-    @property
-    def search(self) -> HealthySearch:
-        """What the search finds in healthy runs, waited for where it is still under way."""
-        return self.searched()
-
-
-@dataclass(frozen=True, slots=True)
-class Search:
-    """How far to look.
-
-    Attributes:
-        shortlist: Candidates that are fitted at each step.
-        most: Causes.
-        least_share: Share of the score, in the channels in which it acts, that a cause must close where
-            there are no references.
-        rounds: Most steps of a fit.
-        least_size: Spreads from neutral that a cause must have.
-        least_gain: Share of the whole score that a cause must gain where there are no references.
-        pairs: Whether two causes are tried together where there are no references and no one is worth it.
-        laws: Whether a law that alone gains too little is tried with the cause that it needs.
-        walk: Whether causes of the whole machine are ranked as they act at a few sizes. It is for misfits
-            that nothing explains: where healthy runs do, what is left is small, and first order is right.
-    """
-
-    shortlist: int = SHORTLIST
-    most: int = MOST_CAUSES
-    least_share: float = LEAST_SHARE
-    rounds: int = ROUNDS
-    least_size: float = 0.0
-    least_gain: float = 0.0
-    pairs: bool = False
-    laws: bool = False
-    walk: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -269,9 +178,11 @@ class Look:
             and other not in known
             and other is not best
         ]
-        # what every joint lacks beside it is no alternative to it
+        # what every joint lacks beside it, is no alternative to it
         wider = [
-            one for one in options if self.known and best.added.joints and one.added.effect.each
+            one
+            for one in options
+            if self.known and set(best.added.joints) & set(one.added.effect.each)
         ]
         rivals = [one for one in rivals if one not in wider]
         return Step(

@@ -10,9 +10,9 @@ from scipy import special
 
 from gap.constants import ACTS, CLEAR_ERRORS, FALSE_ALARMS, WORTH_NATS
 from gap.interfaces import Cause, Parameter
+from gap.residuals.at_once import ahead_of
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy
-from gap.search.at_once import ahead_of
 from gap.search.candidates import APART_M, Candidate, off_bounds, on_bound
 from gap.search.cross_validation import Advantage, advantage, unseen_score
 from gap.search.fit import ROUNDS, Fitted, fit_causes, free_values, least_squares, moved

@@ -13,9 +13,10 @@ import numpy as np
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, families_of
-from gap.search.look import Look, Selection, Step
+from gap.search.look import Look
 from gap.search.options import Option, fit_option, worth
 from gap.search.screen import Signatures
+from gap.search.steps import Selection, Step
 
 FITTED = 6  # pairs
 MOST_RIVALS = 4

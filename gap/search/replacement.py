@@ -10,14 +10,15 @@ from dataclasses import replace
 
 from gap.constants import AHEAD_NATS
 from gap.interfaces import Cause
+from gap.residuals.at_once import each_of
 from gap.residuals.evidence import Evidence
-from gap.search.at_once import each_of
 from gap.search.candidates import Candidate, families_of, too_small
 from gap.search.cross_validation import unseen_score
 from gap.search.fit import fit_causes
-from gap.search.look import Look, Selection
+from gap.search.look import Look
 from gap.search.options import CAUSE_LEVEL, Option, fit_option
 from gap.search.screen import Signatures, gains
+from gap.search.steps import Selection
 
 IN_PLACE = 2  # candidates that are fitted in a cause's place
 NEAR_AS_GOOD = (

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap.interfaces import Cause, Parameter
+from gap.residuals.at_once import ahead_of
 from gap.residuals.evidence import Evidence
-from gap.search.at_once import ahead_of
 from gap.search.candidates import (
     STEP,
     Candidate,

@@ -12,11 +12,12 @@ from gap.search.candidates import Candidate, families_of, too_small
 from gap.search.cross_validation import advantage, unseen_score
 from gap.search.fit import fit_causes
 from gap.search.law_pairs import law_with_partner
-from gap.search.look import Known, Look, Search, Selection, Step, rank
+from gap.search.look import Look, rank
 from gap.search.options import CAUSE_LEVEL, Option, fit_option, worth
 from gap.search.pairs import best_pair
 from gap.search.replacement import in_its_place, left_out, replaced
 from gap.search.screen import Signatures, gains, make_signatures
+from gap.search.steps import Known, Search, Selection, Step
 from model.values.arrays import FloatArray
 
 WHOLE_SEARCH = Search(pairs=True)

@@ -20,8 +20,8 @@ from gap.residuals.hunting import Hunting
 from gap.search.candidates import Candidate
 from gap.search.cross_validation import Advantage
 from gap.search.fit import fit_causes
-from gap.search.look import Selection, Step
 from gap.search.options import Option, fit_option
+from gap.search.steps import Selection, Step
 from tests.gap.test_selection import evidences
 from tests.gap.toy import EFFECTS, Toy, toy_trial
 

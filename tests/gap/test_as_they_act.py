@@ -9,10 +9,11 @@ from gap.residuals.evidence import Evidence
 from gap.search.candidates import candidates_of
 from gap.search.cross_validation import unseen_score
 from gap.search.fit import Fitted, fit_causes
-from gap.search.look import Look, Selection
+from gap.search.look import Look
 from gap.search.options import _walk, as_they_act
 from gap.search.screen import Gain, Signature, gains, make_signatures
 from gap.search.selection import WHOLE_SEARCH
+from gap.search.steps import Selection
 from tests.gap.test_selection import evidences
 from tests.gap.toy import BUMP, EFFECTS, Toy, toy_case
 

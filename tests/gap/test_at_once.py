@@ -8,8 +8,8 @@ import pytest
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.diagnose import diagnose
 from gap.interfaces import Cause
+from gap.residuals.at_once import ahead_of, each_of, meanwhile
 from gap.residuals.pool import prediction_pool
-from gap.search.at_once import ahead_of, each_of, meanwhile
 from robot.console.json_output import json_text
 from tests.gap.toy import Toy, toy_case, toy_references
 

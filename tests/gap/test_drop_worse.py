@@ -19,8 +19,8 @@ from gap.residuals.vibration import ChannelVibration
 from gap.search.candidates import Candidate
 from gap.search.cross_validation import Advantage, unseen_score
 from gap.search.fit import fit_causes
-from gap.search.look import Selection, Step
 from gap.search.options import fit_option, worth
+from gap.search.steps import Selection, Step
 from tests.gap.toy import CHATTER, EFFECTS, SPEED_GAIN, Toy, toy_case, toy_references
 
 

@@ -13,11 +13,17 @@ from gap.diagnosis.joint_ranking import rank_joints
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Drive, Effect, Parameter, Scope, check_causes
 from gap.machines.servo_bench.simulator import servo_bench
+from gap.search.candidates import Candidate
+from gap.search.contained import at_one_joint
+from gap.search.cross_validation import unseen_score
+from gap.search.fit import fit_causes
+from gap.search.options import Option, fit_option
 from model.effects.causes import at_every_joint, joint_by_joint
 from model.values.arrays import FloatArray
 from record.trial.header import SERVO_BENCH, TrialHeader, TrialNoise
 from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, build_trial
+from tests.gap.test_selection import evidences
 from tests.gap.toy import CHANNELS, EFFECTS, JOINTS, Toy, toy_case, toy_references
 
 SIZES = {"hip": 0.05, "knee": 0.14, "ankle": 0.09}
@@ -126,7 +132,7 @@ class EachToy(Toy):
             replace(one, values=(1e-12 * one.values[0],)) if one.key == ("offset", ("a",)) else one
             for one in each
         ]
-        return super().predict(trial, hidden, drive)
+        return Toy().predict(trial, hidden, drive)
 
 
 @pytest.mark.parametrize(
@@ -158,3 +164,31 @@ def test_a_joint_at_which_a_cause_shows_nothing_tells_nothing_of_its_scatter() -
     ]
     assert max(chances) < 1e-3
     assert len(chances) == 2
+
+
+@pytest.mark.parametrize(
+    ("catalogue", "chances", "joints"),
+    [
+        (WITH_ALL_SOFT, {("c",): 0.01, ("a",): 0.5, ("b",): 0.5}, ("c",)),
+        (WITH_ALL_SOFT, {("c",): 0.1, ("a",): 0.5, ("b",): 0.5}, ()),  # it alone is nothing new
+        (WITH_ALL_SOFT, {("c",): 0.01, ("a",): 0.01, ("b",): 0.01}, ()),  # another joint, too
+        ((ALL_SOFT,), {}, ()),  # the effect of one joint was taken out of the catalogue
+    ],
+)
+def test_at_one_joint_only_if_that_is_new_and_no_other_joint_lacks_it(
+    catalogue: tuple[Effect, ...],
+    chances: dict[tuple[str, ...], float],
+    joints: tuple[str, ...],
+) -> None:
+    true = [Cause("stiffness", ("c",), (0.7,)), Cause("stiffness", ("a",), (0.9,))]
+    found, _ = evidences(EachToy(catalogue), toy_case(true, 7), toy_references(7))
+    nothing = unseen_score(found, fit_causes(found, ()))
+    start = Cause(ALL_SOFT.name, (), (0.9, 1.0, 0.7))
+    every = fit_option(found, Candidate(ALL_SOFT, ()), (start,), nothing)
+
+    def chance(option: Option) -> float:
+        return chances[option.added.joints]
+
+    taken, p = at_one_joint(found, every, 0.02, (), chance, nothing)
+    assert taken.added.joints == joints
+    assert p == chances.get(joints, 0.02)

@@ -15,8 +15,8 @@ from gap.residuals.parts import whole_parts
 from gap.residuals.predictions import Predictor
 from gap.search.candidates import Candidate
 from gap.search.fit import fit_causes
-from gap.search.look import Selection
 from gap.search.options import Option, fit_option
+from gap.search.steps import Selection
 from tests.gap.toy import EFFECTS, RISE, Toy, toy_case
 
 LAW, PARTNER = Cause("square_law", (), ()), Cause("rise", (), (-1.6, 0.2))

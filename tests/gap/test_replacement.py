@@ -14,11 +14,12 @@ from gap.residuals.vibration import ChannelVibration
 from gap.search.candidates import Candidate, candidates_of
 from gap.search.cross_validation import unseen_score
 from gap.search.fit import fit_causes
-from gap.search.look import Look, Search, Selection, Step
+from gap.search.look import Look
 from gap.search.options import Option, fit_option
 from gap.search.replacement import FEW_ROUNDS, replaced
 from gap.search.screen import make_signatures
 from gap.search.selection import widened
+from gap.search.steps import Search, Selection, Step
 from model.effects.causes import Shaking
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial

@@ -22,7 +22,7 @@ from gap.search.candidates import STEP, Candidate, candidates_of, starts_of, ste
 from gap.search.cross_validation import Advantage
 from gap.search.fit import Fitted, fit_causes
 from gap.search.healthy_search import search_healthy
-from gap.search.look import Known, Look, Search, Selection, Step
+from gap.search.look import Look
 from gap.search.newest import newest_left
 from gap.search.options import (
     CAUSE_LEVEL,
@@ -36,6 +36,7 @@ from gap.search.options import (
 )
 from gap.search.screen import Gain, gains, make_signatures
 from gap.search.selection import select
+from gap.search.steps import Known, Search, Selection, Step
 from model.effects.causes import Scope, check_cause
 from record.trial.trial import Trial
 from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_case, toy_references, toy_trial

@@ -12,7 +12,7 @@ from gap.diagnosis.verdict import warnings_of
 from gap.residuals.parts import TrialPart, whole_parts
 from gap.residuals.unrepeated import PHASES, unrepeated
 from gap.search.fit import fit_causes
-from gap.search.look import Selection
+from gap.search.steps import Selection
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 from tests.gap.toy import NOISE, Toy, toy_case, toy_references, toy_trial

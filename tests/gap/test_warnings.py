@@ -15,8 +15,8 @@ from gap.interfaces import Cause
 from gap.search.candidates import candidates_of
 from gap.search.cross_validation import unseen_score
 from gap.search.fit import fit_causes
-from gap.search.look import Selection, Step
 from gap.search.options import CAUSE_LEVEL, fit_option
+from gap.search.steps import Selection, Step
 from tests.gap.toy import LIKE, Toy, toy_case, toy_references, walked_day
 
 
