@@ -12,6 +12,7 @@ class Detectable:
         neutral: Value at which nothing happens.
         lower: Smallest value that makes sense.
         upper: Largest value that makes sense.
+        joint: Where it would have to be so large: where most hides. Empty for the whole machine.
     """
 
     effect: str
@@ -21,6 +22,12 @@ class Detectable:
     neutral: float
     lower: float
     upper: float
+    joint: str = ""
+
+    @property
+    def place(self) -> str:
+        """Its effect, and where."""
+        return f"{self.effect} at {self.joint}" if self.joint else self.effect
 
     @property
     def of_range(self) -> float:

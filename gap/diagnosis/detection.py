@@ -134,8 +134,9 @@ def detectable(
             effect, p = one.candidate.effect, one.candidate.effect.parameters[i]
             off = _distance(one, i, size)
             if (effect.name, p.name) not in worst or off > worst[effect.name, p.name].size:
+                joint = next(iter(one.candidate.joints), "")
                 worst[effect.name, p.name] = Detectable(
-                    effect.name, p.name, off, p.unit, p.neutral, p.lower, p.upper
+                    effect.name, p.name, off, p.unit, p.neutral, p.lower, p.upper, joint
                 )
     return tuple(worst[key] for key in sorted(worst))
 

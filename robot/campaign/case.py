@@ -155,9 +155,9 @@ def _remainder(fit: Mapping[str, Any] | None) -> Remainder | None:
 
 def _detectable(one: Mapping[str, Any]) -> Detectable:
     """A size; JSON has none where these runs cannot show any."""
-    of = {
-        field.name: one[field.name] for field in fields(Detectable)
-    }  # without what follows of them
+    of = {  # without what follows of them; answers of earlier versions do not say where
+        field.name: one[field.name] for field in fields(Detectable) if field.name in one
+    }
     return Detectable(**{**of, "size": math.inf if of["size"] is None else of["size"]})
 
 

@@ -121,7 +121,7 @@ def diagnosis_page(
             )
             for c in channels
         ],
-        sizes=[(s.effect, s.parameter, size_words(s)) for s in d.detectable],
+        sizes=[(s.place, s.parameter, size_words(s)) for s in d.detectable],
         baselines=[
             (b.method, "; ".join(place_words(e, j) for e, j in b.causes)) for b in d.baselines
         ],

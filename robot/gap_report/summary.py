@@ -224,7 +224,7 @@ def _sizes(d: Diagnosis) -> list[str]:
     hidden_most = sorted(whole, key=lambda one: -one.of_range)
     sized = [one for one in hidden_most if one.values]
     blind = [f"{one.effect} {one.parameter}" for one in hidden_most if not one.values]
-    rows = [(s.effect, s.parameter, size_words(s)) for s in sized[:MOST_SIZES]]
+    rows = [(s.place, s.parameter, size_words(s)) for s in sized[:MOST_SIZES]]
     lines = []
     if sized:
         lines.append("smallest sizes that would have been detected, what could hide best first:")

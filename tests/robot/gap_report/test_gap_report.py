@@ -308,11 +308,12 @@ def test_the_terminal_has_no_sizes_joint_by_joint(nothing: Diagnosis) -> None:
 
 def test_what_could_hide_best_is_listed_first(nothing: Diagnosis) -> None:
     plain = Detectable("plain", "p", 0.1, "", 1.0, 0.0, 2.0)
-    hidden = Detectable("hidden", "p", 0.5, "m", 0.0, -0.6, 0.6)
+    hidden = Detectable("hidden", "p", 0.5, "m", 0.0, -0.6, 0.6, "waist")
     never = Detectable("never", "p", 9.0, "", 1.0, 0.0, 2.0)
     lines = summary_lines(replace(nothing, detectable=(plain, hidden, never)), FILES)
     head = next(i for i, one in enumerate(lines) if one.startswith("smallest sizes"))
-    assert [one.split()[0] for one in lines[head + 1 : head + 3]] == ["hidden", "plain"]
+    assert lines[head + 1].split() == ["hidden", "at", "waist", "p", "+-0.5", "m"]
+    assert lines[head + 2].split()[0] == "plain"
     assert lines[head + 3] == "not detectable at any size that makes sense: never p"
 
 
