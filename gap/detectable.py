@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from gap.interfaces import place_words
+
 
 @dataclass(frozen=True, slots=True)
 class Detectable:
@@ -27,7 +29,7 @@ class Detectable:
     @property
     def place(self) -> str:
         """Its effect, and where."""
-        return f"{self.effect} at {self.joint}" if self.joint else self.effect
+        return place_words(self.effect, (self.joint,) if self.joint else ())
 
     @property
     def of_range(self) -> float:

@@ -159,10 +159,7 @@ def _only_there(evidence: Evidence, option: Option) -> bool:
             for p, value in zip(effect.parameters, last.values, strict=True)
         ]  # fmt: skip
         moved.append((*others, replace(last, values=tuple(values))))
-    there, *elsewhere = (
-        float(evidence.score(one).sum())
-        for one in evidence.residuals([option.fitted.causes, *moved])
-    )
+    there, *elsewhere = evidence.nats([option.fitted.causes, *moved])
     return min(elsewhere) - there >= PLACE_SHARE * option.over.nats
 
 
@@ -249,11 +246,9 @@ def _as_a_law(comparison: GapEvidence, selection: Selection, signatures: Signatu
     """Return the next cause of the ordinary search, if it gains as much as a baseline model error must."""
     look = Look(comparison.evidence, None, AS_A_LAW)
     taken = look.one_more(selection, signatures)
-    if taken is None:
+    if taken is None or taken.p >= look.level(selection.fitted):
         return None
-    if taken.p >= look.level(selection.fitted) or not _agrees(comparison, taken.chosen):
-        return None
-    return replace(taken, p=0.0)
+    return taken if _agrees(comparison, taken.chosen) else None
 
 
 def _in_its_channels(

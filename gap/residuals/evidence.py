@@ -123,6 +123,10 @@ class Evidence(Misfit):
         nats = 0.5 * TAIL * safe * np.log1p(self.per_block(residual**2) / (TAIL * safe))
         return np.where(self.count > 0, nats, 0.0)
 
+    def nats(self, sets: Sequence[tuple[Cause, ...]]) -> list[float]:
+        """Misfit of all blocks and channels together with each set of causes."""
+        return [float(self.score(one).sum()) for one in self.residuals(sets)]
+
     def most_gained(self, change: FloatArray) -> float:
         """Most nats that a residual, whatever it is, gains when a change, (F, C), is subtracted from it.
 

@@ -81,11 +81,7 @@ def _largest_part(
     """What a cause at every joint is at the joint where this explains most beside others."""
     effect = every.added.effect
     parts = [c for c in joint_by_joint(every.cause, effect) if c.joints != without]
-    left = [
-        float(evidence.score(one).sum())
-        for one in evidence.residuals([(*beside, part) for part in parts])
-    ]
-    return parts[int(np.argmin(left))]
+    return parts[int(np.argmin(evidence.nats([(*beside, part) for part in parts])))]
 
 
 def _with_part(

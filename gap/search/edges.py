@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from gap.constants import AHEAD_NATS
 from gap.residuals.evidence import Evidence
-from gap.search.candidates import is_limit
+from gap.search.candidates import is_limit, size_of
 from gap.search.options import Option
 from gap.search.screen import Gain, Signatures
 from model.values.arrays import FloatArray
@@ -68,7 +68,7 @@ def limits_as_they_act(
         if known is None or len(parameters) != 1 or not is_limit(parameters[0]) or one.offset < 0:
             continue
         change = signatures.matrix[one.offset].reshape(residual.shape)
-        away = (one.start[0] - parameters[0].neutral) / parameters[0].spread
+        away = size_of(one.candidate.cause(one.start), one.candidate.effect)
         nats = before - float(evidence.score(residual - change).sum()) - 0.5 * away**2
         if nats > known.nats:
             best[one.candidate.key] = replace(known, signature=one, values=one.start, nats=nats)

@@ -8,7 +8,6 @@ that hardly changes the prediction cannot gain so much with any other, and is no
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from gap.search.candidates import Candidate, families_of
 from gap.search.cross_validation import advantage
@@ -67,5 +66,5 @@ def _with_partner(
     both = advantage(partner.unseen, selection.unseen, evidence.block_part)
     if not worth(both, len(partner.added.effect.parameters), len(alone.unseen)):
         return None
-    steps = (*on_trial.steps, replace(added, p=0.0))
+    steps = (*on_trial.steps, added)
     return Selection(partner.fitted, partner.unseen, steps, selection.p)

@@ -166,28 +166,20 @@ class Look:
         """Return what is taken, with its p-value and its alternatives, best first."""
         one, p = self.off_bound(one, p, options)
         best = containing(self.evidence, one, usual)
+        ordered = sorted(options, key=rank)
+        wider: list[Option] = []
         if self.known is not None:
-            others = sorted(options, key=rank)
-            best, p = at_one_joint(self.evidence, best, p, others, self.chance, selection.unseen)
-        known = [other for other, _ in usual]
-        rivals = [
+            best, p = at_one_joint(self.evidence, best, p, ordered, self.chance, selection.unseen)
+            joints = set(best.added.joints)
+            wider = [other for other in ordered if joints & set(other.added.effect.each)]
+        # what healthy runs show as well is no alternative to it, nor what every joint lacks beside it
+        none = [best, *(other for other, _ in usual), *wider]
+        rivals = tuple(
             other
-            for other in options
-            if not best.added.hunts
-            and not other.added.hunts
-            and other not in known
-            and other is not best
-        ]
-        # what every joint lacks beside it, is no alternative to it
-        wider = [
-            one
-            for one in options
-            if self.known and set(best.added.joints) & set(one.added.effect.each)
-        ]
-        rivals = [one for one in rivals if one not in wider]
-        return Step(
-            best, tuple(sorted(rivals, key=rank)), p, tuple(one.added.family for one in wider)
+            for other in ordered
+            if other not in none and not best.added.hunts and not other.added.hunts
         )
+        return Step(best, rivals, p, tuple(other.added.family for other in wider))
 
     def _forms(self, selection: Selection, signatures: Signatures) -> dict[Family, list[Gain]]:
         """Return the forms of each cause that may be next, the best form of each first."""

@@ -24,9 +24,7 @@ from gap.search.scatter import NOTHING_USUAL, Usual, UsualScatter, healthy_scatt
 from gap.search.sizes import SEEN, Sizes, ahead_of, sizes_of
 from model.values.arrays import FloatArray
 
-SHOWS = (
-    0.01  # of the energy that a cause has at its joint, that it must have at another to be compared
-)
+SHOWS = 0.01  # of a cause's energy at its joint, that it must have at another to be compared there
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -216,7 +216,7 @@ def _placed(evidence: Evidence, fitted: Fitted, rounds: int) -> Fitted:
             continue
         steps = [share * APART_M / value.parameter.spread for share in NEAR_PLACES]
         near = [fitted.causes, *(moved(fitted.causes, [value], [step]) for step in steps)]
-        scores = [float(evidence.score(one).sum()) for one in evidence.residuals(near)]
+        scores = evidence.nats(near)
         best = min(range(len(near)), key=scores.__getitem__)
         if best > 0:
             again = fit_causes(evidence, near[best], rounds)

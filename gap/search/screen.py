@@ -27,9 +27,7 @@ BATCH = 16
 EDGE_STARTS = 4  # between a value that shows and one that does not
 FARTHEST = 1.5  # times its start: how far a slope of a limit is followed
 LEAST_ROOM = 512  # rows of signatures, at first: address space until they are made
-ROOM_BYTES = (
-    2**30
-)  # as many rows more as fit into this: to move to another room is to copy them all
+ROOM_BYTES = 2**30  # that rows have room for, too: to move to another room is to copy them all
 
 
 @dataclass(frozen=True, slots=True, eq=False)

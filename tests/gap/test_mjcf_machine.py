@@ -15,7 +15,7 @@ from gap.machines.mujoco.quiet import quiet
 from gap.search.candidates import is_limit
 from model.errors import GapError
 from record.trial.trial import Trial
-from tests.gap.mjcf_arms import ARM, KD, KP, LOOP, arm, arm_log, chirps, log_of, stepped
+from tests.gap.mjcf_arms import ARM, LOOP, arm, arm_log, chirps, log_of, stepped
 
 # What steps of 2.5 ms in place of 1 ms make of a joint at 2 rad/s.
 STEP_RAD = 2.5e-3
@@ -244,33 +244,6 @@ def test_a_weaker_motor_is_all_gains_of_its_loop(
     got = machine.predict(healthy, (weaker,), drive)
     assert np.allclose(got, machine.predict(healthy, tuple(gains), drive), atol=1e-12)
     assert not np.allclose(got, machine.predict(healthy, (), drive), atol=1e-4)
-
-
-def test_a_loop_that_mujoco_steps_with_a_weaker_motor_is_named_so() -> None:
-    t, command = chirps(8.0)
-    weak = stepped(arm(), command, kp=0.7 * KP, kd=0.7 * KD)
-    trial = log_of(arm(), LOOP, {"time_s": t, "command_rad": command, "shaft_rad": weak})
-    answer = diagnose([trial], make_machine([trial]))
-    assert answer.causes[0].effect == "motor_strength", answer.sentence
-    assert answer.causes[0].joints == ()
-    assert answer.causes[0].values[0].value == pytest.approx(0.7, abs=0.01)
-
-
-@pytest.mark.parametrize(("slow", "where"), [((0, 1), ()), ((1,), ("fore",))])
-def test_a_speed_limit_in_the_servos_is_found(
-    slow: tuple[int, ...], where: tuple[str, ...]
-) -> None:
-    t, command = chirps(16.0)
-    limited, most = command.copy(), 2.2 / 100.0  # rad a sample; the commands reach 5.6 rad/s
-    for row in range(1, len(t)):
-        step = command[row] - limited[row - 1]
-        for at in slow:
-            limited[row, at] = limited[row - 1, at] + np.clip(step[at], -most, most)
-    columns = {"time_s": t, "command_rad": command, "shaft_rad": stepped(arm(), limited)}
-    trial = log_of(arm(), LOOP, columns)
-    answer = diagnose([trial], make_machine([trial]))
-    assert (answer.causes[0].effect, answer.causes[0].joints) == ("speed_limit", where)
-    assert answer.causes[0].values[0].value == pytest.approx(2.2, rel=0.02)
 
 
 def test_a_speed_limit_above_the_speed_of_held_commands_does_nothing(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from gap.machines.mujoco.drive import CURRENT, FIRMWARE, POSITION, TORQUE
 from gap.machines.servo_bench.catalogue import CATALOGUE as BENCH
-from gap.machines.servo_bench.catalogue import MAY_WEAR
+from gap.machines.servo_bench.catalogue import MAY_WEAR, SPEED_LIMIT
 from model.effects.causes import Effect, Parameter, Scope
 
 CONTROLLER, MOTOR, TRANSMISSION, LOAD, SENSING = STAGES = (
@@ -130,8 +130,7 @@ JOINT_EFFECTS = (
          kinds=LOOPS, scopes=SAME),
     _row("servo_lag", CONTROLLER, (share("time_constant_s", "s", 0.03, 0.5), ("lag_s", "+"), PLAIN),
          kinds=LOOPS, scopes=SAME),
-    _row("speed_limit", CONTROLLER,
-         (Parameter("limit_rad_s", "rad/s", 100.0, 0.2, 100.0, 50.0), ("speed_limit_rad_s", "<"), PLAIN),
+    _row("speed_limit", CONTROLLER, (SPEED_LIMIT, ("speed_limit_rad_s", "<"), PLAIN),
          kinds=LOOPS, scopes=SAME),
     _row("controller_gain", CONTROLLER, _times("kp", 0.1, 5.0, 0.3), kinds=LOOPS, scopes=SAME),
     _row(

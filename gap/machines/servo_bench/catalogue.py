@@ -7,11 +7,14 @@ Ratios are neutral at 1, everything else at what the nominal servo has: added fr
 from dataclasses import dataclass, replace
 
 from gap.interfaces import Effect, Parameter, Scope
-from gap.machines.servo_bench.kernel import ServoNumbers
+from gap.machines.servo_bench.kernel import UNLIMITED_RAD_S, ServoNumbers
 
 STAGES = ("controller", "motor", "transmission", "load", "sensing")
 JOINT = (Scope.JOINT,)
 ANY, IDEAL, MOTOR = "any", "ideal", "motor"
+SPEED_LIMIT = Parameter(
+    "limit_rad_s", "rad/s", UNLIMITED_RAD_S, 0.2, UNLIMITED_RAD_S, UNLIMITED_RAD_S / 2
+)
 MAY_WEAR = frozenset({
     "controller_gain", "supply_voltage", "winding_resistance", "viscous_friction", "coulomb_friction",
     "load_friction",
@@ -72,8 +75,7 @@ CATALOGUE = (
            (("lag_s", "+"),),
            ("The position loop follows its command like a first-order low pass.",
             "Raise the position gain, or look for a profile or filter in the firmware.")),
-    _entry("speed_limit", "controller", (Parameter("limit_rad_s", "rad/s", 100.0, 0.2, 100.0, 50.0),),
-           IDEAL, "", (("speed_limit_rad_s", "<"),),
+    _entry("speed_limit", "controller", (SPEED_LIMIT,), IDEAL, "", (("speed_limit_rad_s", "<"),),
            ("The shaft cannot turn faster than this, and catches up when its command rests.",
             "Read the profile and torque limits of the servo; check the supply.")),
     _entry("controller_gain", "controller", _ratio(0.1, 5.0, 0.3), MOTOR, "", (("kp_duty_per_rad", "*"),),
