@@ -385,7 +385,7 @@ NONE_ACTING = Constant(
 NONE_LEFT = Constant(
     4.0,
     "added for each e-fold of the energy left on held-out runs at the joint of a cause, beyond that at "
-    "other joints and a share of what the cause changes",
+    "any other joint and a share of what the cause changes",
     "on the 19 realities (seeds 1127 and 1139, labels open)",
 )
 NONE_UNWATCHED = Constant(

@@ -244,14 +244,21 @@ def _fit(comparison: GapEvidence, selection: Selection, far: HowFar) -> Fit:
         closed_acting=closed_beyond(evidence, unseen, runs) if causes else 1.0,
         left_there=left_of(far, causes, evidence.effects) if runs else 0.0,
         unwatched=float(len(unwatched_stages(evidence.simulator.channels, measured))),
-        rough=float(bool(runs) and _largest_is_rough(selection)),
+        rough=float(bool(runs) and _largest_is_rough(selection, far)),
     )
 
 
-def _largest_is_rough(selection: Selection) -> bool:
-    """Whether the form of the cause that gains most is only roughly known."""
+def _largest_is_rough(selection: Selection, far: HowFar) -> bool:
+    """Whether the form of the cause that closes most of the gap is only roughly known.
+
+    Where no gap is seen on held-out runs, of the cause that gains most: what it leaves of a large misfit
+    counts there by its logarithm only.
+    """
     chosen = [step.chosen for step in selection.steps]
-    return bool(chosen) and max(chosen, key=lambda one: one.over.nats).added.effect.rough
+    if not chosen:
+        return False
+    closed = far.each if np.isfinite(far.each).all() else [one.over.nats for one in chosen]
+    return chosen[int(np.argmax(closed))].added.effect.rough
 
 
 def _diagnosis(

@@ -228,6 +228,7 @@ def chances(
         clear: Of each cause, ``clear_of_nothing``.
     """
     out = []
+    surest = min((step.p for step in selection.steps), default=0.0)
     for i, step in enumerate(selection.steps):
         others = selection.rivals_of(i)
         behinds = [behind_of(one, step.chosen, strata) for one in others]
@@ -241,7 +242,8 @@ def chances(
             blur = blur_of(behind, left_nats, step.chosen.over.nats)
             weights.append(weight_of(behind, blur, vibration_nats_of(one, step.chosen)))
         # what a healthy machine shows by chance is neither this cause nor an alternative to it
-        share = (1.0 - step.p) * clear[i] * (1.0 - none) / (1.0 + sum(weights) + unfitted)
+        real = 1.0 - step.p if step.p == surest else one_more_is_real(step.p)
+        share = real * clear[i] * (1.0 - none) / (1.0 + sum(weights) + unfitted)
         of = step.chosen.added.family
         rivals = tuple(
             RivalCause(
@@ -258,6 +260,18 @@ def chances(
         )
         out.append((share, rivals))
     return tuple(out)
+
+
+def one_more_is_real(p: float) -> float:
+    """Return the probability that a cause beside the surest one is real, given its chance in healthy runs.
+
+    That there is a gap says nothing of one more cause: it is as likely as not before its size is seen. A
+    p-value speaks for it by at most the bound of Sellke, Bayarri and Berger (2001,
+    doi:10.1198/000313001300339950).
+    """
+    if p >= math.exp(-1.0):
+        return HALF
+    return 1.0 / (1.0 - math.e * p * math.log(p)) if p > 0.0 else 1.0
 
 
 def blur_of(behind: Advantage, left_nats: float, gained_nats: float) -> float:

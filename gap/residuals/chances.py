@@ -59,9 +59,9 @@ def clearer(alone: float, beside: float) -> float:
     return alone if alone >= OPEN_LEVEL else harmonic_mean(alone, beside)
 
 
-def harmonic_mean(one: float, other: float) -> float:
-    """Return the chance by two tests, however they depend on each other (Wilson, as above)."""
-    return 2.0 / (1.0 / max(one, SMALLEST) + 1.0 / max(other, SMALLEST))
+def harmonic_mean(*chances: float) -> float:
+    """Return the chance by several tests, however they depend on each other (Wilson, as above)."""
+    return len(chances) / sum(1.0 / max(one, SMALLEST) for one in chances)
 
 
 def promised(level: float, references: int) -> float:

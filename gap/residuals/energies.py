@@ -12,7 +12,13 @@ from dataclasses import replace
 import numpy as np
 
 from gap.residuals.chances import HeldOutChances, harmonic_mean, leave_each_out
-from gap.residuals.energy_tests import EnergyChance, RunEnergies, gait_by_gait, together
+from gap.residuals.energy_tests import (
+    EnergyChance,
+    RunEnergies,
+    among_joints,
+    gait_by_gait,
+    together,
+)
 from gap.residuals.evidence import Evidence, mean_energy
 from gap.residuals.floor import ENOUGH_REFERENCES
 from gap.residuals.healthy import Healthy, whitened_runs
@@ -63,14 +69,17 @@ def _chance_of(kinds: Sequence[str], trials: RunEnergies, runs: RunEnergies) -> 
     """
     if len(runs.logs) < ENOUGH_REFERENCES:
         return together(kinds, trials.logs, runs.logs.mean(axis=0, keepdims=True), trials.logs)
-    all_gaits = _calibrated(
-        lambda own, known: together(kinds, own.logs, known.logs, known.logs), trials, runs
+    tests: tuple[Callable[[RunEnergies, RunEnergies], EnergyChance | None], ...] = (
+        lambda own, known: together(kinds, own.logs, known.logs, known.logs),
+        lambda own, known: gait_by_gait(kinds, own, known),
+        lambda own, known: among_joints(kinds, own, known),
     )
-    each_gait = _calibrated(lambda own, known: gait_by_gait(kinds, own, known), trials, runs)
-    if all_gaits is None or each_gait is None:
-        return all_gaits
-    surer = min(all_gaits, each_gait, key=lambda one: one.p)
-    return replace(surer, p=min(1.0, harmonic_mean(all_gaits.p, each_gait.p)))
+    made = [_calibrated(test, trials, runs) for test in tests]
+    chances = [one for one in made if one is not None]
+    if made[0] is None:
+        return None
+    surest = min(chances, key=lambda one: one.p)
+    return replace(surest, p=min(1.0, harmonic_mean(*(one.p for one in chances))))
 
 
 def _calibrated(

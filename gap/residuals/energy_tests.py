@@ -10,6 +10,7 @@ from gap.constants import CHANNEL_SCATTER, CHANNELS_APART, LEAST_SCATTER
 from gap.residuals.moderated import Scatter, scatter_of_all, steadied
 from model.values.arrays import BoolArray, FloatArray
 
+FEWEST_JOINTS = 3  # of which the median is not that of one that is wrong
 Steady = Callable[[Scatter, Scatter], Scatter]
 
 
@@ -108,6 +109,37 @@ def gait_by_gait(
     )
     p, worst = _worst(ahead.mean(axis=0), np.full(len(scatters), variance), scatters)
     return EnergyChance(min(1.0, p), int(np.flatnonzero(known)[worst]))
+
+
+def among_joints(
+    kinds: Sequence[str], trials: RunEnergies, runs: RunEnergies
+) -> EnergyChance | None:
+    """Return the chance of the worst channel, each beside the same channel of other joints in its run.
+
+    In another gait or at another speed all joints may leave more; one that is wrong leaves more than the
+    others. Only kinds count that every run measured at three joints. None if there is none, or one run.
+    """
+    known = np.isfinite(np.concatenate([trials.logs, runs.logs])).all(axis=0)
+    many = np.array([sum(np.array(kinds)[known] == kind) >= FEWEST_JOINTS for kind in kinds])
+    known &= many
+    if not known.any() or len(runs.logs) < 2:
+        return None
+    own_kinds = [kind for kind, on in zip(kinds, known, strict=True) if on]
+    beside, others = (_beside_joints(own_kinds, one.of(known).logs) for one in (trials, runs))
+    centred = others - others.mean(axis=0)
+    scatters = _scatters(own_kinds, centred, 1, steadied)
+    variance = np.full(len(own_kinds), 1 / len(beside) + 1 / len(others))
+    p, worst = _worst(beside.mean(axis=0) - others.mean(axis=0), variance, scatters)
+    return EnergyChance(min(1.0, p), int(np.flatnonzero(known)[worst]))
+
+
+def _beside_joints(kinds: Sequence[str], logs: FloatArray) -> FloatArray:
+    """Logarithms of energies of R runs over the median of all joints with the same kind, (R, C)."""
+    beside = logs.copy()
+    for kind in set(kinds):
+        own = [one == kind for one in kinds]
+        beside[:, own] -= np.median(logs[:, own], axis=1, keepdims=True)
+    return beside
 
 
 def _worst(

@@ -2,8 +2,8 @@
 
 A cause that only resembles the true one closes most of the gap and still leaves more at its own joint than
 at any other, in the very channel in which it acts: a bias of a foot's force, where that foot clings to the
-ground as it lifts off. What is left of a cause that is right is as small as elsewhere, but for a share of
-what it changes: no effect of a machine has exactly the form of the modelled one.
+ground as it lifts off. What is left of a cause that is right is no more than at some other joint, but for a
+share of what it changes: no effect of a machine has exactly the form of the modelled one.
 """
 
 from collections.abc import Collection, Sequence
@@ -37,7 +37,7 @@ class HeldOutEnergies:
 def left_at_joint(
     energies: HeldOutEnergies, joint: str, causes: Collection[str], differs: float
 ) -> float:
-    """Return how much more is left at a joint than elsewhere, in the channel in which its cause acts most.
+    """Return how much more is left at a joint than at any other, where its cause acts most.
 
     Args:
         energies: On held-out runs.
@@ -61,6 +61,6 @@ def left_at_joint(
     ]
     if len(others) < FEWEST_OTHERS:
         return 0.0
-    expected = max(float(np.median(others)), 1.0) + differs**2 * float(before[most])
+    expected = max(*others, 1.0) + differs**2 * float(before[most])
     left = np.log(max(float(after[most]), 1e-12) / expected)
     return float(np.clip(left, 0.0, MOST_LEFT))

@@ -203,12 +203,10 @@ def starts_of(
     effect: Effect,
     silent: Sequence[bool],
     reach_m: tuple[float, float] = NOWHERE,
-    edge: Sequence[float] = (),
 ) -> list[tuple[float, ...]]:
     """Return where fits may begin, given which parameters leave no trace at neutral.
 
-    The reach is between which places the machine touched its world, NaN if unknown; the edge is more
-    values to begin from, of a limit.
+    The reach is between which places the machine touched its world, NaN if unknown.
     """
     parameters = effect.parameters
     neutral = tuple(p.neutral for p in parameters)
@@ -217,10 +215,7 @@ def starts_of(
         starts = [
             (*neutral[:at], value, *neutral[at + 1 :])
             for at in quiet
-            for value in (
-                *_ladder(parameters[at], reach_m),
-                *(edge if is_limit(parameters[at]) else ()),
-            )
+            for value in _ladder(parameters[at], reach_m)
         ]
     else:
         starts = [neutral]

@@ -24,7 +24,10 @@ from model.values.arrays import FloatArray
 
 SILENT = 1e-6  # share of the independent frames below which a signature is none
 BATCH = 16
-EDGE_STARTS = 4  # between a value that shows and one that does not
+EDGE_STARTS = 4  # between a value that shows and one that hardly does
+EDGE_FALLS = (
+    10.0  # times, from one value of a limit to the next, by which what shows falls at its edge
+)
 FARTHEST = 1.5  # times its start: how far a slope of a limit is followed
 LEAST_ROOM = 512  # rows of signatures, at first: address space until they are made
 ROOM_BYTES = 2**30  # that rows have room for, too: to move to another room is to copy them all
@@ -115,7 +118,6 @@ def make_signatures(
             strict=True,
         )
     )
-    edges = {name: _edge(rows, one) for name, one in firsts.items() if not acting[name]}
     each: list[Signature] = []
     later: list[_Start] = []
     for one in candidates:
@@ -130,30 +132,34 @@ def make_signatures(
             each.append(Signature(one, one.neutral, live, own, -1))
         else:
             silent = [i not in live for i in range(len(own))]
-            starts = starts_of(one.effect, silent, evidence.reach_m, edges[one.effect.name])
+            starts = starts_of(one.effect, silent, evidence.reach_m)
             later += [_Start(one, start, live) for start in starts]
-    each += rows.about(later, lambda share: progress(0.7 + 0.3 * share))
+    each += rows.about(later, lambda share: progress(0.7 + 0.25 * share))
+    each += rows.about(_at_edges(rows, each), lambda share: progress(0.95 + 0.05 * share))
     return Signatures(tuple(each), rows.all)
 
 
-def _edge(rows: "_Rows", one: Candidate) -> list[float]:
-    """Values of a limit at the edge of what shows: where nothing reaches it, it shows nothing.
+def _at_edges(rows: "_Rows", made: Sequence[Signature]) -> list["_Start"]:
+    """Return starts at the edge of what shows, of limits: what hardly reaches one hardly shows.
 
-    A little below it looks unlike itself far below.
+    A little below it looks unlike itself far below, and each joint has its own.
     """
-    parameters = one.effect.parameters
-    if len(parameters) != 1 or not is_limit(parameters[0]):
-        return []
-    steps = ratio_steps(parameters[0])
-    seen = [rows.seen(row) for row in rows.add([(one, (value,)) for value in steps])]
-    return [
-        float(a * (b / a) ** (k / (EDGE_STARTS + 1)))
-        for (a, b), (at_a, at_b) in zip(
-            itertools.pairwise(steps), itertools.pairwise(seen), strict=True
-        )
-        if at_a != at_b
-        for k in range(1, EDGE_STARTS + 1)
-    ]
+    limits = {
+        one.candidate.key: one.candidate
+        for one in made
+        if len(one.start) == 1 and is_limit(one.candidate.effect.parameters[0])
+    }
+    shown = {(one.candidate.key, *one.start): rows.energy(one.offset) for one in made}
+    starts = []
+    for key, candidate in limits.items():
+        steps = ratio_steps(candidate.effect.parameters[0])
+        energies = [shown.get((key, value), rows.least) for value in steps]
+        falls = [one / other for one, other in itertools.pairwise(energies)]
+        at = int(np.argmax(falls))
+        if falls[at] > EDGE_FALLS:
+            between = np.geomspace(steps[at], steps[at + 1], EDGE_STARTS + 2)[1:-1]
+            starts += [_Start(candidate, (float(value),), ()) for value in between]
+    return starts
 
 
 def _spreads(one: Candidate, i: int, step: float) -> float:
@@ -179,7 +185,7 @@ class _Rows:
         self._count = 0
         self._evidence, self._standing = evidence, standing
         self._base = evidence.residuals([standing])[0]
-        self._least = SILENT * max(float(evidence.count.sum()), 1.0)
+        self.least = SILENT * max(float(evidence.count.sum()), 1.0)
 
     def add(
         self,
@@ -220,7 +226,11 @@ class _Rows:
 
     def seen(self, row: int) -> bool:
         """Whether a row is more than nothing."""
-        return float(self._room[row] @ self._room[row]) > self._least
+        return float(self._room[row] @ self._room[row]) > self.least
+
+    def energy(self, row: int) -> float:
+        """Return that of a row, and that of next to nothing of none, -1."""
+        return max(float(self._room[row] @ self._room[row]), self.least) if row >= 0 else self.least
 
     def about(self, starts: Sequence[_Start], progress: Callable[[float], None]) -> list[Signature]:
         """Make signatures about starts away from neutral, of those where something happens."""

@@ -49,7 +49,7 @@ def standard_errors(evidence: Evidence, healthy: Evidence | None, fitted: Fitted
     within = _by_noise(evidence, fitted, gram)
     shares = [_shares(*_sizes_of_runs(evidence, healthy, fitted, cause)) for cause in fitted.causes]
     numbers = [len(cause.values) for cause in fitted.causes]
-    between, usual = np.abs(fitted.away) * np.repeat(shares, numbers, axis=0).T
+    between, usual = _from_nothing(evidence, fitted) * np.repeat(shares, numbers, axis=0).T
     # the scatter of runs has the noise in it already
     over_runs = np.fmax(np.fmax(within, between), _without_each_run(evidence, fitted))
     measured = np.fmax(over_runs, _between_channels(evidence, fitted, weighted, gram))
@@ -65,6 +65,23 @@ def with_rough_means(
     """
     rough = [float(bool(effects[one.effect].shaking)) for one in causes for _ in one.values]
     return np.asarray(np.hypot(errors, MEAN_DIFFERS * np.array(rough)))
+
+
+def _from_nothing(evidence: Evidence, fitted: Fitted) -> FloatArray:
+    """How far numbers are from where nothing happens, in spreads, (P,), as what they change grows there.
+
+    A limit changes nothing until it is reached: then it moves by as much as slopes need for all of it.
+    """
+    away, at = np.abs(fitted.away), 0
+    for cause in fitted.causes:
+        parameters = evidence.effects[cause.effect].parameters
+        if len(parameters) == 1 and is_limit(parameters[0]):
+            others = tuple(one for one in fitted.causes if one is not cause)
+            change = evidence.residuals([others])[0] - fitted.residual
+            slope = np.linalg.norm(fitted.slopes[at])
+            away[at] = min(away[at], np.linalg.norm(change) / slope if slope > 0.0 else np.inf)
+        at += len(parameters)
+    return away
 
 
 def _of_the_model(evidence: Evidence, fitted: Fitted) -> FloatArray:

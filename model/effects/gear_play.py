@@ -18,8 +18,9 @@ from model.values.arrays import FloatArray
 
 PLAY = "gear_backlash"
 PLAY_IN_LOOP = "gear_backlash_in_loop"
+DRAGGED_PLAY = "gear_backlash_dragged"
 UNSEEN_PLAY = "gear_backlash_beyond_encoder"
-PLAYS = (PLAY, PLAY_IN_LOOP, UNSEEN_PLAY)
+PLAYS = (PLAY, PLAY_IN_LOOP, DRAGGED_PLAY, UNSEEN_PLAY)
 # Time constant in which a position loop brings its shaft back, where no lag of the servo is known; assumed.
 LOOP_S = 0.05
 # How far the zero of a load cell may be off: as much as decides where a foot in the air hangs. Assumed.
@@ -29,6 +30,8 @@ ZERO_OFF_N = 2.0
 BEARING_DRAG_NM = 0.0005
 BEARING_DAMPING_NM_S = 0.02
 FOOT_WEIGHT_N = 0.5
+# Where bearings drag by more than the foot weighs, the shaft stays at its rear flank in the air. Assumed.
+STRONG_DRAG_NM = 0.03
 # When a free shaft falls is known to a tenth of a second or so. What is predicted is the mean over that: a
 # step at a time that is off fits best with a width that is too small.
 FALL_WINDOW_S = 0.2
@@ -57,7 +60,11 @@ class Strut:
 
 
 def in_play(
-    grid: Grid, torque_nm: FloatArray, width_rad: FloatArray, strut: Strut | None
+    grid: Grid,
+    torque_nm: FloatArray,
+    width_rad: FloatArray,
+    strut: Strut | None,
+    drag_nm: FloatArray | float = BEARING_DRAG_NM,
 ) -> FloatArray:
     """Where shafts are in their play, (W, J) [rad].
 
@@ -66,12 +73,13 @@ def in_play(
         torque_nm: What turns free shafts, (W, J), positive where it drives them on.
         width_rad: Full widths of the play, (J,).
         strut: What the ground lets them do; None for nothing but grease.
+        drag_nm: Torque by which bearings hold shafts back, (W, J) or one for all.
     """
-    place_rad = np.zeros(torque_nm.shape)
+    place_rad, drag_nm = np.zeros(torque_nm.shape), np.broadcast_to(drag_nm, torque_nm.shape)
     window = max(1, round(FALL_WINDOW_S / grid.period_s))
     for joint in np.flatnonzero(width_rad):
         torque = np.nan_to_num(torque_nm[:, joint])
-        speed = (torque - BEARING_DRAG_NM) / BEARING_DAMPING_NM_S
+        speed = (torque - drag_nm[:, joint]) / BEARING_DAMPING_NM_S
         first = -np.sign(speed[0]) * width_rad[joint] / 2
         if strut is not None:
             fastest = strut.fastest_rad_s[:, joint]
@@ -83,6 +91,12 @@ def in_play(
         place = pushed - play(pushed, width_rad[joint], first)
         place_rad[:, joint] = uniform_filter1d(place, window, mode="nearest")
     return place_rad
+
+
+def strong_drag(driven_rad: FloatArray) -> FloatArray:
+    """Torque by which bearings hold shafts back against how they are driven, (W, J) [N m]."""
+    turns = np.gradient(driven_rad, axis=0)
+    return STRONG_DRAG_NM * np.sign(np.nan_to_num(turns))
 
 
 def strut_of(

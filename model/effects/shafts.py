@@ -5,7 +5,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model.effects.catalogue import NO_LIMIT_RAD_S
-from model.effects.gear_play import LOOP_S, PLAY, PLAY_IN_LOOP, PLAYS, Strut, in_play
+from model.effects.gear_play import (
+    DRAGGED_PLAY,
+    LOOP_S,
+    PLAY,
+    PLAY_IN_LOOP,
+    PLAYS,
+    Strut,
+    in_play,
+    strong_drag,
+)
 from model.effects.grid import FOOT_WINDOW_S, Grid
 from model.effects.leg_paths import foot_paths
 from model.effects.machine import LeggedMachine
@@ -16,6 +25,8 @@ from model.motion.filters import lagged, play
 from model.values.arrays import FloatArray, readonly
 from model.values.parameters import ChainParameters
 
+# By less than that, a shaft may be off its command at the start for other reasons than a limit.
+LATE_S = 0.1
 STILL = readonly(np.zeros((1, 1, 2)))  # of feet that do not roll
 UNSEEN_GIVE = "servo_compliance_beyond_encoder"
 GIVES = ("servo_compliance", UNSEEN_GIVE)
@@ -66,12 +77,15 @@ def shafts(
     acting_rad: FloatArray,
     settings: Settings,
     loads: Loads | None,
+    start_rad: FloatArray | None = None,
 ) -> FloatArray:
     """Where commands and loads put the shafts, (W, J) [rad], as an encoder sees them.
 
-    Commands are (W, J), and the same with their delay; loads are needed where they move shafts.
+    Commands are (W, J), and the same with their delay; loads are needed where they move shafts. The start
+    is where shafts were measured in the first frame, (J,), NaN where they were not: one that is too slow
+    may be far behind when a recording begins.
     """
-    angle = _limited(grid, _lagged(grid, acting_rad, settings), settings)
+    angle = _limited(grid, _lagged(grid, acting_rad, settings), settings, start_rad)
     if loads is not None and settings.has("servo_compliance"):
         angle = angle + settings.each("servo_compliance")[0] * loads.torque_nm
     if settings.has("joint_friction"):  # what the loop holds moves only against it
@@ -81,6 +95,10 @@ def shafts(
     if settings.has(PLAY):
         (width_rad,) = settings.each(PLAY)
         angle = angle + in_play(grid, loads.flank_nm, width_rad, loads.strut)
+    if settings.has(DRAGGED_PLAY):
+        (width_rad,) = settings.each(DRAGGED_PLAY)
+        drag_nm = strong_drag(acting_rad)
+        angle = angle + in_play(grid, loads.flank_nm, width_rad, loads.strut, drag_nm)
     if settings.has(PLAY_IN_LOOP):
         (width_rad,) = settings.each(PLAY_IN_LOOP)
         place = in_play(grid, loads.flank_nm, width_rad, loads.strut)
@@ -131,15 +149,21 @@ def _lagged(grid: Grid, command: FloatArray, settings: Settings) -> FloatArray:
     return angle
 
 
-def _limited(grid: Grid, wanted: FloatArray, settings: Settings) -> FloatArray:
+def _limited(
+    grid: Grid, wanted: FloatArray, settings: Settings, start_rad: FloatArray | None
+) -> FloatArray:
     """The fastest motion behind the wanted one that keeps the limits, forward and backward."""
     if not settings.has("servo_speed_limit"):
         return wanted
     (limit,) = settings.each("servo_speed_limit")
     ramp = grid.time_s[:, None] * limit
+    from_start = wanted.copy()
+    if start_rad is not None:
+        off = (start_rad - wanted[0] + np.pi) % (2.0 * np.pi) - np.pi
+        from_start[0] += np.where(np.abs(off) > LATE_S * limit, off, 0.0)
     # NaN would spread to all that follows
     known = np.isfinite(wanted)
-    ahead = np.minimum.accumulate(np.where(known, wanted, np.inf) - ramp) + ramp
+    ahead = np.minimum.accumulate(np.where(known, from_start, np.inf) - ramp) + ramp
     both = np.maximum.accumulate(np.where(known, ahead, -np.inf) + ramp) - ramp
     return np.where(known, np.where(limit < NO_LIMIT_RAD_S, both, wanted), np.nan)
 

@@ -44,7 +44,7 @@ _GROUPS = {
         friction_anisotropy hip_mount_offset""",
     Use.READING: "force_gain force_bias force_drift force_rotation force_cross_talk encoder_scale",
     Use.SEEN: "command_delay servo_lag servo_speed_limit servo_compliance gear_backlash joint_friction"
-    " gear_backlash_in_loop",
+    " gear_backlash_in_loop gear_backlash_dragged",
     Use.BEYOND: "servo_compliance_beyond_encoder gear_backlash_beyond_encoder",
     Use.LATE: "force_delay force_lowpass",
     Use.CAMERAS: "pose_delay pose_yaw_offset pose_origin_offset marker_on_shank clock_skew",

@@ -12,6 +12,7 @@ from gap.diagnosis.probability import (
     chances,
     clear_of_nothing,
     none_if_nothing,
+    one_more_is_real,
     weight_of,
 )
 from gap.interfaces import Cause
@@ -51,6 +52,26 @@ def test_what_a_healthy_machine_shows_by_chance_is_no_cause() -> None:
     assert (less, least.probability) == pytest.approx((0.7 * one, 0.7 * other.probability))
     ((half, _),) = chances(sure, evidence.block_part, 0.1, 0.0, [0.5])
     assert half == pytest.approx(0.5 * one), "nor is a size that may be one of nothing"
+
+
+def test_a_chance_speaks_less_for_one_more_cause_than_for_the_first() -> None:
+    """That there is a gap is known by the surest cause, and says nothing of another."""
+    evidence, _ = evidences(
+        Toy(), [toy_trial([Cause("delay", (), (0.02,))], 0.05, "trot", seed=1)], []
+    )
+    standing = np.full(len(evidence.starts), 1e9)
+    delay, lag = (
+        fit_option(evidence, one, (one.cause((0.02,)),), standing)
+        for one in (Candidate(BY_NAME[name], ()) for name in ("delay", "lag"))
+    )
+    both = Selection(delay.fitted, delay.unseen, (Step(delay, (), 0.04), Step(lag, (), 0.05)))
+    (first, _), (more, _) = chances(both, evidence.block_part, 0.0, 0.0, [1.0, 1.0])
+    assert first == pytest.approx(0.96)
+    assert more == pytest.approx(one_more_is_real(0.05)) == pytest.approx(0.71, abs=0.01)
+    assert one_more_is_real(0.0) == 1.0
+    assert one_more_is_real(0.01) == pytest.approx(0.89, abs=0.01)
+    assert one_more_is_real(0.5) == one_more_is_real(1.0) == 0.5
+    assert one_more_is_real(0.36) == pytest.approx(0.5, abs=1e-3), "without a step"
 
 
 def test_a_size_of_two_errors_is_one_of_nothing_among_many_effects() -> None:

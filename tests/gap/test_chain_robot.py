@@ -77,7 +77,8 @@ def test_effects_touch_joints_or_legs_and_are_those_that_chains_can_have() -> No
     of_joints = {n for n, e in known.items() if Scope.JOINT in e.scopes and e.parts == names.joints}
     assert of_joints == {
         "servo_lag", "servo_speed_limit", "servo_compliance", "servo_compliance_beyond_encoder",
-        "gear_backlash", "gear_backlash_in_loop", "gear_backlash_beyond_encoder",
+        "gear_backlash", "gear_backlash_in_loop", "gear_backlash_dragged",
+        "gear_backlash_beyond_encoder",
         "joint_friction", "shaft_zero_offset", "encoder_scale",
     }  # fmt: skip
     places = {(one.effect.name, one.joints) for one in candidates_of(simulator)}

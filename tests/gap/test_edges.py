@@ -8,8 +8,9 @@ from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate
-from gap.search.edges import with_seen_edges
+from gap.search.edges import limits_as_they_act, with_seen_edges
 from gap.search.options import Option, fit_option
+from gap.search.screen import gains, make_signatures
 from tests.gap.walks import cause, simulator, walk
 
 LEVEL, PATCH = cause("friction_level", 0.7), cause("friction_patch", 0.7, 0.1)
@@ -49,3 +50,19 @@ def test_a_patch_whose_edge_feet_crossed_stays() -> None:
 def test_a_patch_without_another_explanation_stays() -> None:
     assert names(LEVEL, BEFORE) == ["friction_patch"]
     assert names(LEVEL, BEFORE, cause("drag", 50.0)) == ["friction_patch", "drag"]
+
+
+def test_a_limit_is_found_at_the_edge_of_its_own_joint() -> None:
+    """On a curve the legs of one side turn faster: what they hardly reach, others never do."""
+    truth = cause("servo_speed_limit", 1.3, legs=("ML",))
+    study = make_study(
+        [walk("metachronal", 0.15, 14.0, (truth,), steer=-0.2, noise_seed=2)], simulator()
+    )
+    seen = study.evidence(study.local)
+    effect = next(one for one in simulator().effects if one.name == truth.effect)
+    wanted = [Candidate(effect, place) for place in ((), ("ML",), ("FR",))]
+    made = make_signatures(seen, wanted, (), lambda share: None)
+    ranked = gains(made, seen.base, seen.weights(seen.base))
+    best = limits_as_they_act(seen, seen.base, made, ranked)[0]
+    assert best.signature.candidate.joints == ("ML",)
+    assert 1.1 < best.values[0] < 1.5

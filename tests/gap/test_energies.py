@@ -6,7 +6,14 @@ from numpy.testing import assert_allclose
 from scipy import stats
 
 from gap.constants import ENERGY_LEVEL
-from gap.residuals.energy_tests import RunEnergies, _pooled, _scatters, gait_by_gait, together
+from gap.residuals.energy_tests import (
+    RunEnergies,
+    _pooled,
+    _scatters,
+    among_joints,
+    gait_by_gait,
+    together,
+)
 from gap.residuals.moderated import steadied
 from model.values.arrays import FloatArray
 
@@ -142,3 +149,37 @@ def test_healthy_gaits_reach_the_level_no_more_often_than_it_says() -> None:
     ]
     below = sum(one is not None and one.p < level for one in chances)
     assert below <= stats.binom.ppf(0.999, sets, level)
+
+
+def _among(trials: FloatArray, known: FloatArray) -> float:
+    gaits = tuple("gait" for _ in range(max(len(trials), len(known))))
+    chance = among_joints(
+        KINDS, RunEnergies(gaits[: len(trials)], trials), RunEnergies(gaits[: len(known)], known)
+    )
+    assert chance is not None
+    return chance.p
+
+
+def test_a_joint_that_leaves_more_than_its_like_is_plain_however_much_runs_differ() -> None:
+    """Of three references in three conditions each is as far from the others as a gap."""
+    rng = np.random.default_rng(8)
+    conditions = np.log([1.0, 0.3, 3.0])[:, None]
+    known, trials = (conditions[:n] + _runs(rng, n) for n in (3, 2))
+    healthy = _among(trials, known)
+    trials[:, 2] += np.log(4.0)
+    assert healthy > 0.2
+    assert _among(trials, known) < 1e-4
+    assert _chance(trials, known) > 0.1
+
+
+@pytest.mark.parametrize("references", [3, 4, 10])
+def test_healthy_joints_reach_the_level_no_more_often_than_it_says(references: int) -> None:
+    rng, sets, level = np.random.default_rng(20 + references), 1000, float(ENERGY_LEVEL)
+    below = [_among(_runs(rng, 3), _runs(rng, references)) < level for _ in range(sets)]
+    assert sum(below) <= stats.binom.ppf(0.999, sets, level)
+
+
+def test_two_joints_have_nobody_to_stand_out_from() -> None:
+    logs = np.zeros((3, 2))
+    runs = RunEnergies(("gait",) * 3, logs)
+    assert among_joints(("marker",) * 2, runs, runs) is None

@@ -67,8 +67,8 @@ def test_the_forms_of_a_cause_share_its_name_and_pay_for_having_been_tried() -> 
     forms = [one for one in listed if one.effect.family == "stiction"]
     assert {one.effect.name for one in forms} == {"stiction", "stick_slip"}
     plays = [one for one in listed if one.effect.family == "gear_backlash"]
-    assert len({one.key for one in plays}) == 3 * len({one.family for one in plays})
-    assert all(one.price == math.log(3) for one in plays)
+    assert len({one.key for one in plays}) == 4 * len({one.family for one in plays})
+    assert all(one.price == math.log(4) for one in plays)
     assert all(one.price == 0.0 for one in listed if one not in (*gives, *forms, *plays))
     effects = {effect.name: effect for effect in CATALOGUE}
     taken = families_of([Cause(GIVES[1], ("ML",), (0.01,))], effects)

@@ -14,6 +14,7 @@ from model.effects.gear_play import (
     SLIP_KNOWN_TO_M_S,
     Strut,
     in_play,
+    strong_drag,
     strut_of,
 )
 from model.effects.grid import make_grid
@@ -32,6 +33,15 @@ def test_a_free_shaft_goes_to_the_flank_that_its_load_drives_it_to() -> None:
     assert np.allclose(place[:230], -0.02)
     assert np.allclose(place[270:], 0.02)
     assert np.all(np.diff(place) >= -1e-12)
+
+
+def test_bearings_that_drag_hold_a_shaft_back_whichever_way_it_is_driven() -> None:
+    driven = np.where(np.arange(FRAMES) < 250, 1.0, -1.0)[:, None].cumsum(axis=0)
+    weight = np.full((FRAMES, 1), 0.02)  # N m, that would drive it on
+    place = in_play(GRID, weight, np.array([0.04]), None, strong_drag(driven))[:, 0]
+    assert np.allclose(place[:230], -0.02)
+    assert np.allclose(place[270:], 0.02)
+    assert np.allclose(in_play(GRID, weight, np.array([0.04]), None), 0.02)
 
 
 def test_a_strut_crosses_no_faster_than_its_foot_would_slip() -> None:

@@ -166,7 +166,7 @@ def test_a_joint_that_hunts_has_one_form_of_play_to_try() -> None:
     there = [one for one in listed if one.family == ("gear_backlash", ("ML",))]
     assert [(one.effect.name, one.price, one.hunts) for one in there] == [(IN_LOOP, 0.0, found[0])]
     elsewhere = [one for one in listed if one.family == ("gear_backlash", ("HL",))]
-    assert len(elsewhere) == 3
+    assert len(elsewhere) == 4
     assert not any(one.hunts for one in elsewhere)
 
 

@@ -2,17 +2,20 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from gap.diagnosis.coverage import unwatched_stages
-from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.diagnose import _largest_is_rough, diagnose
 from gap.diagnosis.findings import Diagnosis
 from gap.diagnosis.how_far import ChannelShrink, HowFar
 from gap.diagnosis.probability import Fit, left_of, none_of_them
 from gap.interfaces import Cause, Channel
 from gap.residuals.left_there import MOST_LEFT, HeldOutEnergies, left_at_joint
+from gap.search.steps import Selection
 from model.effects.catalogue import CATALOGUE
 from tests.gap.toy import EFFECTS, Toy, toy_case, toy_references
 
@@ -30,13 +33,15 @@ def energies(after: list[float], before: float = 10.0) -> HeldOutEnergies:
 def test_only_what_is_beyond_other_joints_and_a_share_of_the_change_is_left() -> None:
     assert left_at_joint(energies([1.0, 1.0, 0.8, 1.2]), "a", {"a"}, 0.1) == 0.0
     left = left_at_joint(energies([4.0, 1.0, 0.8, 1.2]), "a", {"a"}, 0.1)
-    assert left == pytest.approx(np.log(4.0 / (1.0 + 0.01 * 10.0)))
+    assert left == pytest.approx(np.log(4.0 / (1.2 + 0.01 * 10.0)))
     # where all joints are worse than expected on this day, this one is no different
     assert left_at_joint(energies([4.0, 4.0, 4.5, 3.5]), "a", {"a"}, 0.1) == 0.0
+    # nor where one of them is, without any cause: a leg that was clamped anew
+    assert left_at_joint(energies([4.0, 1.0, 5.0, 1.0]), "a", {"a"}, 0.1) == 0.0
     # a hundredth of the energy of a large cause is what its form is off by
     large = energies([40.0, 1.0, 0.8, 1.2], before=4000.0)
     assert left_at_joint(large, "a", {"a"}, 0.1) == 0.0
-    assert left_at_joint(large, "a", {"a"}, 0.03) == pytest.approx(np.log(40.0 / 4.6))
+    assert left_at_joint(large, "a", {"a"}, 0.03) == pytest.approx(np.log(40.0 / 4.8))
     assert left_at_joint(energies([1e9, 1.0, 1.0, 1.0], 1e9), "a", {"a"}, 0.1) == MOST_LEFT
 
 
@@ -114,5 +119,28 @@ def test_a_healthy_machine_leaves_nothing_at_a_joint_of_causes() -> None:
 def test_what_depends_on_loop_and_gears_has_many_forms() -> None:
     rough = {effect.name for effect in CATALOGUE if effect.rough}
     compliance = {"servo_compliance", "servo_compliance_beyond_encoder"}
-    play = {"gear_backlash", "gear_backlash_in_loop", "gear_backlash_beyond_encoder"}
+    forms = ("", "_in_loop", "_dragged", "_beyond_encoder")
+    play = {f"gear_backlash{form}" for form in forms}
     assert rough == {"joint_friction", *play, *compliance}
+
+
+def test_the_cause_that_closes_most_decides_whether_the_form_is_roughly_known() -> None:
+    """A large misfit counts in nats by its logarithm only: a small cause may gain more than play does."""
+
+    def rough(each: tuple[float, ...], nats: tuple[float, ...]) -> bool:
+        steps = [
+            SimpleNamespace(
+                chosen=SimpleNamespace(
+                    added=SimpleNamespace(effect=SimpleNamespace(rough=one)),
+                    over=SimpleNamespace(nats=gained),
+                )
+            )
+            for one, gained in zip((True, False), nats, strict=True)
+        ]
+        some = replace(biased().far, alone=each, last=each)
+        return _largest_is_rough(cast(Selection, SimpleNamespace(steps=steps)), some)
+
+    assert rough((0.5, 0.1), (10.0, 90.0))
+    assert not rough((0.1, 0.5), (90.0, 10.0))
+    assert rough((np.nan, np.nan), (90.0, 10.0)), "where no gap is seen on held-out runs"
+    assert not _largest_is_rough(cast(Selection, SimpleNamespace(steps=[])), biased().far)

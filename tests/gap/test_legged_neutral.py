@@ -15,7 +15,7 @@ from tests.gap.walks import cause, simulator, walk
 EFFECTS = CATALOGUE
 WITH_NUMBERS = tuple(effect for effect in EFFECTS if effect.parameters)
 SHARED_NAMES = """command_delay servo_lag servo_speed_limit servo_compliance
-servo_compliance_beyond_encoder gear_backlash gear_backlash_in_loop
+servo_compliance_beyond_encoder gear_backlash gear_backlash_in_loop gear_backlash_dragged
 gear_backlash_beyond_encoder joint_friction shaft_zero_offset
 link_length hip_mount_offset leg_flex leg_stiffness ground_stiffness leg_length ground_slope ground_step
 com_offset payload chassis_twist foot_friction friction_level friction_anisotropy coulomb_friction

@@ -14,8 +14,8 @@ from model.motion.filters import lagged
 from model.values.arrays import BoolArray, FloatArray
 from model.values.parameters import FourBarParameters
 from record.trial.trial import Trial
-from tests.gap.predictions import COULOMB, ML, Prediction, inside
-from tests.gap.walks import cause, command_trial, machine, walk
+from tests.gap.predictions import COULOMB, LEGS, ML, Prediction, inside
+from tests.gap.walks import cause, command_trial, machine, simulator, walk
 
 
 def commands(gait: str, frequency_hz: float, seconds: float, at_s: FloatArray) -> FloatArray:
@@ -70,6 +70,19 @@ def test_a_speed_limit_falls_behind_and_catches_up() -> None:
     assert np.abs(unhurt).max() < 1e-9
 
 
+def test_a_shaft_that_is_too_slow_begins_where_it_was_measured() -> None:
+    """A recording that begins in the middle of a walk finds it behind; it catches up from there."""
+    trial = walk("tripod", 0.2, 12.0, [cause("servo_speed_limit", 1.5)])
+    rest = trial.rows(trial.time_s >= 2.8)
+    for drive in Drive:
+        got = Prediction(rest, [cause("servo_speed_limit", 1.5)], drive)["shaft_error"]
+        measured = simulator().observe(rest).values[:, : len(LEGS)]
+        assert measured[0].min() < -0.3
+        assert np.abs(got - measured).max() < 0.05
+    base = Prediction(rest, [], Drive.COMMAND)["shaft_error"]
+    assert np.abs(base).max() < 1e-9, "only what is limited is behind"
+
+
 def test_compliance_gives_by_the_torque_of_the_load() -> None:
     trial = walk("metachronal", 0.2, 6.0)
     for drive in Drive:
@@ -118,6 +131,32 @@ def test_backlash_lies_on_one_flank_or_the_other() -> None:
         assert np.isclose(np.median(play[free & rising]), -width / 2)
         assert np.isclose(np.median(play[free & falling]), width / 2)
         assert (np.abs(play[free]) < width / 4).any()
+
+
+def test_bearings_that_drag_keep_a_free_shaft_at_its_rear_flank() -> None:
+    """Under load it lies as any shaft with play does."""
+    trial = walk("metachronal", 0.2, 10.0)
+    width = 0.03
+    for drive in Drive:
+        base, plain, dragged = (
+            Prediction(trial, causes, drive)
+            for causes in (
+                [],
+                [cause("gear_backlash", width, legs=("ML",))],
+                [cause("gear_backlash_dragged", width, legs=("ML",))],
+            )
+        )
+        free = steadily(base["force_z"][:, ML] == 0)
+        place, usual = (
+            (one["shaft_error"] - base["shaft_error"])[:, ML] for one in (dragged, plain)
+        )
+        assert np.allclose(place[free], -width / 2, atol=1e-3)
+        assert usual[free].max() > 0.9 * width / 2, "a shaft that nothing drags falls"
+        lever = slopes(commands("metachronal", 0.2, 10.0, base.time_s))
+        torque = np.sum(lever * base.force[..., [0, 2]], axis=2)[:, ML]
+        loaded = steadily(np.abs(torque) > 0.2)
+        assert loaded.any()
+        assert np.allclose(place[loaded], usual[loaded], atol=1e-3)
 
 
 @pytest.mark.parametrize("form", ["gear_backlash", "gear_backlash_beyond_encoder"])

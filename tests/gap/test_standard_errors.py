@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from gap.constants import FORCES_DIFFER, MODELS_DIFFER
-from gap.diagnosis.study import Study
+from gap.diagnosis.study import Study, make_study
 from gap.interfaces import Cause, Drive
 from gap.residuals.parts import whole_parts
 from gap.residuals.predictions import Predictor
@@ -16,6 +16,7 @@ from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 from tests.gap.test_selection import evidences
 from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_references, toy_trial
+from tests.gap.walks import cause, simulator, walk
 
 BY_NAME = {effect.name: effect for effect in EFFECTS}
 OFFSET = 0.3
@@ -127,3 +128,17 @@ def test_channels_that_want_different_numbers_make_the_error_larger() -> None:
     assert 0.1 * fitted.away[0] < apart < 0.3 * fitted.away[0]
     assert 0.5 * apart < each_its_own < 2.0 * apart  # as the scatter of runs, and not once more
     assert error(np.zeros_like(wrong)) == usual
+
+
+def test_the_error_of_a_limit_does_not_grow_with_how_far_off_no_limit_is() -> None:
+    """Its size by itself says nothing: no limit may be at ten or at a thousand."""
+    truth = cause("servo_speed_limit", 1.2, legs=("ML",))
+    trials = [walk("tripod", f, 8.0, (truth,), noise_seed=i) for i, f in enumerate((0.2, 0.3))]
+    references = [walk("tripod", f, 8.0, noise_seed=5 + i) for i, f in enumerate((0.2, 0.3, 0.2))]
+    study = make_study(trials, simulator(), references)
+    evidence, known = study.evidence(study.local), study.healthy_evidence(study.local)
+    fitted = fit_causes(evidence, (truth,))
+    effect = evidence.effects[truth.effect]
+    error = standard_errors(evidence, known, fitted)[0] * effect.parameters[0].spread
+    assert abs(fitted.causes[0].values[0] - 1.2) < 0.01
+    assert error < 0.06

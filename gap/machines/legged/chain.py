@@ -5,6 +5,7 @@ bound to places, the chain is run until nothing changes. Measured drive: shafts,
 pose come from the sensors (made good for what the causes say of the sensors), where they were measured.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, partial
 from typing import NamedTuple
@@ -73,6 +74,7 @@ class LeggedChain:
         self._plain_walk = lru_cache(maxsize=REMEMBERED)(self._walk)
         # apart, as walks that are needed once would push out these, which many need
         self._lawful = lru_cache(maxsize=REMEMBERED)(self._with_laws)
+        self._commanded = lru_cache(maxsize=REMEMBERED)(self._walk_on_commands)
         self._known_shafts, self._known_feet = SolvedOnArrays(), SolvedOnArrays()
         self._known_standing, self._known_world = SolvedOnArrays(), SolvedOnArrays()
         self._known_velocity, self._known_change = SolvedOnArrays(), SolvedOnArrays()
@@ -145,9 +147,12 @@ class LeggedChain:
             force = foot_forces(self._plain_walk(known, plain.without(*PLAYS), drive, near))
         flanks = None
         if settings.has(*PLAYS) and (felt or not measured):
-            flanks = self._flanks(known, plain, drive, near, force if felt else None)
+            flanks = self._flanks(
+                known, plain, lambda tight: self._plain_walk(known, tight, drive, near),
+                force if felt else None,
+            )  # fmt: skip
         elif settings.has(*PLAYS):  # measured shafts have the play in them: feet on them stand
-            flanks = self._flanks(known, plain, Drive.COMMAND, None, None)
+            flanks = self._flanks(known, plain, lambda tight: self._commanded(known, tight), None)
         start = PassStart(force, flanks, place, velocity, velocity if resists else None)
         walk = self._pass(known, settings, drive, start, near)
         if not _acts_back(settings, drive, world is None):
@@ -161,8 +166,7 @@ class LeggedChain:
         self,
         known: LeggedInputs,
         settings: Settings,
-        drive: Drive,
-        near: Sliding | None,
+        walk: Callable[[Settings], Walk],
         felt_n: FloatArray | None,
     ) -> Flanks:
         """What walks without play say of shafts with it, with the slip of feet that follow commands.
@@ -170,16 +174,25 @@ class LeggedChain:
         Loads decide against which flank a shaft lies: measured ones (``felt_n``, (W, N, 3)), or those of
         such a walk. Where none are measured, the body moves as while the shaft is between its flanks.
         """
-        tight = self._plain_walk(known, settings.without(*PLAYS), drive, near)
+        tight = walk(settings.without(*PLAYS))
         load = tight.standing.load_n
         if felt_n is None:
-            loose = self._plain_walk(known, self._loosened(settings), drive, near)
+            loose = walk(self._loosened(settings))
             force = foot_forces(tight)
         else:
             loose, force = tight, _without_zeros(felt_n, load)
         walked = feet(self._machine, known.grid, tight.shaft_rad, settings)
         slip = foot_slip(walked.signals.position_m, walked.rate_m_s, loose.sliding.velocity_B)
         return Flanks(force, strut_of(walked.signals, slip, load, measured=felt_n is not None))
+
+    def _walk_on_commands(self, known: LeggedInputs, settings: Settings) -> Walk:
+        """Walk whose shafts follow commands, where the body was measured: one pass tells all of it."""
+        world = self._measured_world(known)
+        if world is None:
+            return self._plain_walk(known, settings, Drive.COMMAND, None)
+        moving = self._velocity(known.grid, world) if resists_motion(settings) else None
+        start = PassStart(np.zeros_like(known.force_n), None, world, moving, moving)
+        return self._pass(known, settings, Drive.COMMAND, start, None)
 
     def _loosened(self, settings: Settings) -> Settings:
         """Return settings without play, in which legs that have it hardly push the body."""
@@ -281,13 +294,14 @@ class LeggedChain:
         self, known: LeggedInputs, late_rad: FloatArray, settings: Settings, loads: Loads | None
     ) -> FloatArray:
         """Where commands and loads put the shafts; without loads most effects share them."""
-        grid, command = known.grid, known.command_rad
+        grid, command, start_rad = known.grid, known.command_rad, known.shaft_rad[0]
         if loads is not None:
-            return shafts(grid, command, late_rad, settings, loads)
+            return shafts(grid, command, late_rad, settings, loads, start_rad)
         looked_at = moves_shafts(settings)
         return self._known_shafts.of(
-            (command,), looked_at, lambda: shafts(grid, command, late_rad, looked_at, None)
-        )
+            (command, known.shaft_rad), looked_at,
+            lambda: shafts(grid, command, late_rad, looked_at, None, start_rad),
+        )  # fmt: skip
 
     def _measured_feet(self, known: LeggedInputs, settings: Settings) -> Feet:
         """Feet on measured shafts: most effects of other stages share them."""

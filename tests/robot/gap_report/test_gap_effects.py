@@ -14,7 +14,7 @@ def test_the_list_names_every_effect_and_its_numbers(capsys: pytest.CaptureFixtu
     assert run(["gap", "effects"]) == 0
     text = capsys.readouterr().out
     assert "ACTUATION\n  command_delay  (whole robot)\n      delay_s: 0 to 0.3 s, neutral 0" in text
-    assert "46 effects" in text
+    assert "47 effects" in text
     assert max(len(line) for line in text.splitlines()) <= 108
 
 
@@ -62,6 +62,7 @@ actuation servo_compliance rad_per_nm all,leg
 actuation servo_compliance_beyond_encoder rad_per_nm all,leg
 actuation gear_backlash width_rad leg
 actuation gear_backlash_in_loop width_rad leg
+actuation gear_backlash_dragged width_rad leg
 actuation gear_backlash_beyond_encoder width_rad leg
 actuation joint_friction behind_rad all,leg
 actuation shaft_zero_offset offset_rad leg

@@ -186,7 +186,7 @@ def test_torque_that_was_logged_is_compared_with_a_model_s() -> None:
 BODY = ("body_position_m", "body_angles_rad")
 SHAFT_EFFECTS = {
     "command_delay", "servo_lag", "servo_speed_limit", "servo_compliance", "gear_backlash",
-    "gear_backlash_in_loop", "joint_friction", "encoder_scale",
+    "gear_backlash_in_loop", "gear_backlash_dragged", "joint_friction", "encoder_scale",
 }  # fmt: skip
 
 
