@@ -24,6 +24,7 @@ from gap.search.options import CAUSE_LEVEL, worth_size
 from gap.search.screen import Signature, Signatures
 from gap.search.steps import Known
 
+LEAST_FIGURE = 1e-5  # a smaller chance is not put into figures
 NEARLY = 2.0  # times its level, up to which a chance that is no gap is nearly one
 
 
@@ -75,6 +76,21 @@ class Detection:
         """Which of ``cause``, ``change``, ``energy`` is nearest to a gap, or farthest beyond it."""
         levels = _in_levels(self.p_cause, self.p_change, self.p_energy)
         return min(levels, key=lambda one: levels[one])
+
+    @property
+    def why_words(self) -> str:
+        """Which test says that there is a gap, and how often it would of a healthy machine."""
+        chance, what = {
+            "cause": (self.p_cause, "have so large a cause of some kind"),
+            "change": (self.p_change, "change as much in the course of runs"),
+            "energy": (self.p_energy, f"leave as much energy in {self.energy_in}"),
+        }[self.nearest]
+        cycles = " that differs from cycle to cycle" if self.in_cycles else ""
+        percent = f"{100.0 * chance:.2g}" if chance > LEAST_FIGURE else "less than 0.001"
+        return (
+            f"why a gap: {percent} % of healthy sets of trials {what}"
+            f"{cycles if self.nearest == 'energy' else ''}"
+        )
 
 
 def _in_levels(p_cause: float, p_change: float, p_energy: float) -> dict[str, float]:

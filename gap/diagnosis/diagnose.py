@@ -239,7 +239,7 @@ def _fit(comparison: GapEvidence, selection: Selection, far: HowFar) -> Fit:
         closed=closed_share(evidence, unseen),
         excess_after=evidence.mean_excess(unseen),
         worst_after=float(np.nanmax(evidence.excess(unseen))),
-        p_after=chance_of_energies(evidence, unseen, runs).p if runs else 0.0,
+        p_after=chance_of_energies(evidence, unseen, runs, joints_alike=False).p if runs else 0.0,
         nats_after=max(0.0, nats_beyond(evidence, unseen_score, healthy)),
         closed_acting=closed_beyond(evidence, unseen, runs) if causes else 1.0,
         left_there=left_of(far, causes, evidence.effects) if runs else 0.0,

@@ -6,9 +6,11 @@ better where each stage is fed what was measured stays all the same (``gap.diagn
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from gap.constants import (
     CLEAR_ERRORS,
+    ENERGY_LEVEL,
     FALSE_ALARMS,
     HELD_OUT_ADDS,
     HELD_OUT_SIZEABLE,
@@ -20,6 +22,8 @@ from gap.diagnosis.gap_evidence import GapEvidence
 from gap.diagnosis.held_stage import agrees, helps_its_stage
 from gap.diagnosis.how_far import HowFar, how_far
 from gap.diagnosis.probability import HALF, clear_of_nothing
+from gap.residuals.energies import chance_of_energies
+from gap.residuals.evidence import Evidence
 from gap.search.candidates import families_of, size_of
 from gap.search.replacement import fitted_for, in_its_place, left_out
 from gap.search.standard_errors import standard_errors
@@ -60,13 +64,20 @@ def drop_unclear(
     What a large cause leaves, because the simulator is not exactly the machine, looks like others. Some of
     them are new and help held-out runs, but are so few of their standard errors in size that, of so many
     effects, one is by chance. Where one also adds next to nothing to the others, it is enough that this is
-    as likely as not. Only references tell how much sizes scatter, so without them none is dropped.
+    as likely as not, and where one alone says that there is a gap, too: healthy machines show as much. Only
+    references tell how much sizes scatter, so without them only what is surely as good as nothing is
+    dropped beside others.
     """
-    evidence = comparison.evidence
-    while comparison.healthy is not None and len(selection.steps) > 1:
+    evidence, alone = comparison.evidence, comparison.healthy is None
+    while len(selection.steps) > int(alone):
         errors = standard_errors(evidence, comparison.healthy, selection.fitted)
         clear = clear_of_nothing(selection, evidence.effects, errors)
-        idle = adds_little(far)
+        if len(selection.steps) == 1:
+            if clear[0] < HALF and not _energies_show_a_gap(comparison):
+                selection = _as_usual(evidence, selection, 1.0 - clear[0])
+                far = how_far(comparison.held, selection.fitted.causes, seed)
+            break
+        idle = set() if alone else adds_little(far)
         unclear = [
             at for at, one in enumerate(clear) if one < (HALF if at in idle else FALSE_ALARMS)
         ]
@@ -75,6 +86,18 @@ def drop_unclear(
         selection = left_out(evidence, selection, {min(unclear, key=clear.__getitem__)})
         far = how_far(comparison.held, selection.fitted.causes, seed)
     return selection, far
+
+
+def _energies_show_a_gap(comparison: GapEvidence) -> bool:
+    """Whether trials have more energy than healthy runs, whatever the causes."""
+    evidence = comparison.evidence
+    return chance_of_energies(evidence, evidence.base, comparison.runs).p < ENERGY_LEVEL
+
+
+def _as_usual(evidence: Evidence, selection: Selection, chance: float) -> Selection:
+    """Return the selection without its only cause, which healthy machines show with such a chance."""
+    nothing = left_out(evidence, selection, {0})
+    return replace(nothing, p=max(selection.p, chance), nearest=selection.steps[0].chosen)
 
 
 def _worst(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | None:

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gap.constants import LEAST_ENERGY
 from gap.residuals.chances import HeldOutChances, harmonic_mean, leave_each_out
 from gap.residuals.energy_tests import (
     EnergyChance,
@@ -25,11 +26,15 @@ from gap.residuals.healthy import Healthy, whitened_runs
 from gap.residuals.unrepeated import unrepeated
 from model.values.arrays import FloatArray
 
-LEAST_ENERGY = 1e-9
+NO_ENERGY = 1e-9  # in the place of 0, whose logarithm is none
 
 
 def chance_of_energies(
-    evidence: Evidence, residual: FloatArray, healthy: Sequence[Healthy]
+    evidence: Evidence,
+    residual: FloatArray,
+    healthy: Sequence[Healthy],
+    *,
+    joints_alike: bool = True,
 ) -> EnergyChance:
     """Return the chance of so much energy in a healthy machine, in the mean or in the worst channel.
 
@@ -37,6 +42,8 @@ def chance_of_energies(
         evidence: The trials.
         residual: Theirs, whitened, (F, C), with or without causes.
         healthy: References.
+        joints_alike: Whether a joint is also held against the others of its run. What causes leave is more
+            at their joints, as no effect has exactly the form of the modelled one.
     """
     kinds = [channel.name for channel in evidence.simulator.channels]
     gaits = tuple(part.gait for part in evidence.parts)
@@ -47,21 +54,24 @@ def chance_of_energies(
         for one, whitener in zip(left, evidence.whiteners, strict=True)
     ]
     another = [unrepeated(one.part, one.residual) for one in left]
+    # a run that repeats better than it has to does so by chance: of all that is left, little is nothing
     views = [
-        (energies, [one.excess for one in healthy]),
-        (another, [one.unrepeated for one in healthy]),
+        (energies, [one.excess for one in healthy], float(LEAST_ENERGY)),
+        (another, [one.unrepeated for one in healthy], NO_ENERGY),
     ]
     chances: list[EnergyChance] = []
-    for number, (own, others) in enumerate(views):
-        trials = RunEnergies(gaits, np.log(np.array(own) + LEAST_ENERGY))
-        runs = RunEnergies(known, np.log(np.array(others) + LEAST_ENERGY))
-        if (one := _chance_of(kinds, trials, runs)) is not None:
+    for number, (own, others, least) in enumerate(views):
+        trials = RunEnergies(gaits, np.log(np.array(own) + least))
+        runs = RunEnergies(known, np.log(np.array(others) + least))
+        if (one := _chance_of(kinds, trials, runs, joints_alike)) is not None:
             chances.append(replace(one, another=number == 1))
     surest = min(chances, key=lambda one: one.p, default=EnergyChance(1.0))
     return replace(surest, p=min(1.0, len(chances) * surest.p)) if chances else surest
 
 
-def _chance_of(kinds: Sequence[str], trials: RunEnergies, runs: RunEnergies) -> EnergyChance | None:
+def _chance_of(
+    kinds: Sequence[str], trials: RunEnergies, runs: RunEnergies, joints_alike: bool
+) -> EnergyChance | None:
     """Chance of the energies of trials beside those of references, calibrated; None if unknown.
 
     Each of two references is predicted by the other alone, so both show one difference, and its energy
@@ -69,11 +79,12 @@ def _chance_of(kinds: Sequence[str], trials: RunEnergies, runs: RunEnergies) -> 
     """
     if len(runs.logs) < ENOUGH_REFERENCES:
         return together(kinds, trials.logs, runs.logs.mean(axis=0, keepdims=True), trials.logs)
-    tests: tuple[Callable[[RunEnergies, RunEnergies], EnergyChance | None], ...] = (
+    tests: list[Callable[[RunEnergies, RunEnergies], EnergyChance | None]] = [
         lambda own, known: together(kinds, own.logs, known.logs, known.logs),
         lambda own, known: gait_by_gait(kinds, own, known),
-        lambda own, known: among_joints(kinds, own, known),
-    )
+    ]
+    if joints_alike:
+        tests.append(lambda own, known: among_joints(kinds, own, known))
     made = [_calibrated(test, trials, runs) for test in tests]
     chances = [one for one in made if one is not None]
     if made[0] is None:

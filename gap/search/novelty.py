@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gap.constants import JOINT_SHOWS
 from gap.interfaces import Cause, Effect, Parameter, places_for
 from gap.residuals.chances import harmonic_mean
 from gap.residuals.evidence import Evidence
@@ -23,8 +24,6 @@ from gap.search.gait_by_gait import gait_by_gait
 from gap.search.scatter import NOTHING_USUAL, Usual, UsualScatter, healthy_scatter
 from gap.search.sizes import SEEN, Sizes, ahead_of, sizes_of
 from model.values.arrays import FloatArray
-
-SHOWS = 0.01  # of a cause's energy at its joint, that it must have at another to be compared there
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +71,7 @@ def _shows_there(own: FloatArray, here: FloatArray) -> bool:
     A zero of the encoder of a vertical axis, which carries no weight, or what is much for a wrist, at a
     shoulder: sizes there are noise.
     """
-    return len(own) > 0 and len(here) > 0 and float(here.mean() / own.mean()) > SHOWS
+    return len(own) > 0 and len(here) > 0 and float(here.mean() / own.mean()) > JOINT_SHOWS
 
 
 def chance_of(

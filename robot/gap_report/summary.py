@@ -52,7 +52,7 @@ def summary_lines(
     severe, faults = _faults(d, paths)
     lines = [d.headline, *severe, d.sentence, *_to_do(d, json), "", *faults]
     if d.verdict is not Verdict.NO_GAP:
-        lines += [*_where(d, width), "", *_causes(d), "", *_how_far(d)]
+        lines += [*_why(d), *_where(d, width), "", *_causes(d), "", *_how_far(d)]
     else:
         lines += _sizes(d)
     lines += _next(d)
@@ -66,6 +66,11 @@ def summary_lines(
     lines.append(d.false_alarm_words)
     spaced = [line for i, line in enumerate(lines) if line or (i and lines[i - 1])]
     return [piece for line in spaced for piece in wrapped(line, width)]
+
+
+def _why(d: Diagnosis) -> list[str]:
+    """Which test says that there is a gap, where references judge."""
+    return [d.detection.why_words, ""] if d.detection is not None and d.detection.below else []
 
 
 def _to_do(d: Diagnosis, json: Path | None) -> list[str]:

@@ -1,11 +1,16 @@
 """Energies of trials against those of references, channel by channel."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy import stats
 
 from gap.constants import ENERGY_LEVEL
+from gap.diagnosis.detection import Detection
+from gap.diagnosis.study import make_study
+from gap.residuals.energies import chance_of_energies
 from gap.residuals.energy_tests import (
     RunEnergies,
     _pooled,
@@ -16,6 +21,7 @@ from gap.residuals.energy_tests import (
 )
 from gap.residuals.moderated import steadied
 from model.values.arrays import FloatArray
+from tests.gap.toy import Toy, toy_case, toy_references
 
 CALM, RESTLESS = 0.05, 1.5  # scatter of logarithms of energies
 KINDS = ("marker",) * 6 + ("force",) * 6
@@ -183,3 +189,39 @@ def test_two_joints_have_nobody_to_stand_out_from() -> None:
     logs = np.zeros((3, 2))
     runs = RunEnergies(("gait",) * 3, logs)
     assert among_joints(("marker",) * 2, runs, runs) is None
+
+
+def test_next_to_nothing_varies_by_chance() -> None:
+    """Six times next to nothing in every run is no gap, and twice what is expected is one."""
+    rng = np.random.default_rng(9)
+    trials, references = toy_case(seed=4), toy_references(4)
+    study = make_study(trials, Toy(), references)
+    evidence = study.evidence(study.local)
+    calm = [
+        replace(one, excess=np.exp(rng.normal(-7.0, 0.3, one.excess.shape)))
+        for one in study.healthy_runs(study.local)
+    ]
+    little, much = (
+        chance_of_energies(evidence, np.full(evidence.base.shape, size), calm).p
+        for size in (np.sqrt(0.006), np.sqrt(2.0))
+    )
+    assert little > 0.2
+    assert much < float(ENERGY_LEVEL)
+
+
+@pytest.mark.parametrize(
+    ("chances", "said"),
+    [
+        ((0.004, 1.0, 0.3), "0.4 % of healthy sets of trials have so large a cause of some kind"),
+        ((0.3, 0.002, 0.3), "0.2 % of healthy sets of trials change as much in the course of runs"),
+        (
+            (0.3, 1.0, 1e-7),
+            "less than 0.001 % of healthy sets of trials leave as much energy in speed a that differs "
+            "from cycle to cycle",
+        ),
+    ],
+)
+def test_a_report_says_why_there_is_a_gap(chances: tuple[float, float, float], said: str) -> None:
+    p_cause, p_change, p_energy = chances
+    shown = Detection(True, 0.001, p_cause, p_energy, p_change, 0.2, 4, "speed a", True)
+    assert shown.why_words == f"why a gap: {said}"

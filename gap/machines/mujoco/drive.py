@@ -72,6 +72,7 @@ class JointNumbers(NamedTuple):
     delay_s: float = 0.0
     lag_s: float = 0.0
     play_rad: float = 0.0
+    backlash_rad: float = 0.0
     armature_kg_m2: float = 0.0
     coulomb_nm: float = 0.0
     viscous_nm_s: float = 0.0
@@ -125,7 +126,8 @@ def pursuing(p: JointNumbers, drive: DriveTable) -> JointNumbers:
     kp, kd = (p.kp, p.kd) if drive.after_error else (1.0, 0.0)
     return JointNumbers(
         kp=kp, kd=kd, speed_limit_rad_s=p.speed_limit_rad_s, delay_s=p.delay_s, lag_s=p.lag_s,
-        play_rad=p.play_rad, encoder_offset_rad=p.encoder_offset_rad, encoder_scale=p.encoder_scale,
+        play_rad=p.play_rad, backlash_rad=p.backlash_rad, encoder_offset_rad=p.encoder_offset_rad,
+        encoder_scale=p.encoder_scale,
     )  # fmt: skip
 
 

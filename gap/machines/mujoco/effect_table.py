@@ -74,13 +74,15 @@ def _row(
     scopes: tuple[Scope, ...] = ONE,
     each: bool = False,
     words: tuple[str, str] | None = None,
+    form_of: str = "",
 ) -> JointRow:
     parameters, places, sizes = zip(*numbers, strict=True)
     physics, remedy = words or WORDS[name]
     by_forces = stage == TRANSMISSION
     effect = MjcfEffect(
         name, stage, parameters, scopes, physics, remedy, JOINT, places,
-        by_forces=by_forces, wears=name in MAY_WEAR,
+        by_forces=by_forces, wears=name in MAY_WEAR, form_of=form_of,
+        rough=(form_of or name) == "play",  # how a joint crosses it differs from gear to gear
     )  # fmt: skip
     return JointRow(effect, sizes, kinds, needs, each)
 
@@ -117,6 +119,13 @@ JOINT_EFFECTS = (
          each=True),
     _row("play", TRANSMISSION, (share("width_rad", "rad", 0.02, 0.4), ("play_rad", "+"), PLAIN),
          kinds=LOOPS, each=True),
+    _row("backlash", TRANSMISSION,
+         (share("width_rad", "rad", 0.02, 0.4), ("backlash_rad", "+"), PLAIN), kinds=LOOPS,
+         form_of="play",
+         words=(
+             "The joint lies at one or the other flank of its gears' play, whichever way it is driven.",
+             WORDS["backlash"][1],
+         )),
     _row(
         "compliance", TRANSMISSION,
         (share("rad_per_nm", "rad/(N m)", 0.01, 0.3), ("compliance_rad_nm", "+"), PER_TORQUE),

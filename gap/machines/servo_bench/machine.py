@@ -57,7 +57,9 @@ def nominal_servos(trial: Trial) -> tuple[ServoJoint, ...]:
             for at, name in enumerate(names)
         )
     except (ConfigError, RecordError) as error:
-        raise GapError(f"the machine's file cannot be used: {error}") from error
+        raise GapError(
+            f"the machine's file cannot be used: {error} (see docs/servo_bench.md)"
+        ) from error
     if not joints:
         raise GapError("the trial has no joints; name its columns command_NAME_rad, shaft_NAME_rad")
     return joints
