@@ -7,14 +7,14 @@ show it. The other way round, an effect with numbers of its own at every joint e
 them, and what differs at the others from day to day as well.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 
 from gap.constants import AHEAD_NATS, CONTAINS_SHARE, OPEN_LEVEL
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
-from gap.search.candidates import Candidate
+from gap.search.candidates import Candidate, candidates_of
 from gap.search.cross_validation import advantage
 from gap.search.options import CAUSE_LEVEL, Option, ends_on_bound, fit_option, worth
 from model.effects.causes import joint_by_joint
@@ -33,8 +33,7 @@ def containing(evidence: Evidence, new: Option, others: Iterable[tuple[Option, f
     for other, p in others:
         if p >= OPEN_LEVEL or ends_on_bound(other):
             continue
-        ahead = advantage(other.unseen, new.unseen, evidence.block_part)
-        if ahead.nats > max(ahead.error, AHEAD_NATS) and _contains(evidence, other, new):
+        if _ahead(evidence, other, new) and _contains(evidence, other, new):
             return other
     return new
 
@@ -94,12 +93,32 @@ def _with_part(
 def _at_another_joint(
     evidence: Evidence, every: Option, one: Option, chance: Callable[[Option], float]
 ) -> bool:
-    """Whether the joint that gains most beside a cause at another surely lacks what every joint may."""
+    """Whether the joint that gains most beside a cause at another surely lacks what every joint may.
+
+    It does not if something else at that joint explains clearly more.
+    """
     beside = one.fitted.causes
     part = _largest_part(evidence, every, beside, one.added.joints)
     both = _with_part(evidence, part, beside, one.unseen)
     clear = worth(both.over, len(part.values), len(both.unseen))
-    return clear and chance(both) < CAUSE_LEVEL
+    if not clear or chance(both) >= CAUSE_LEVEL:
+        return False
+    return not any(_ahead(evidence, other, both) for other in _others_there(evidence, part, one))
+
+
+def _others_there(evidence: Evidence, part: Cause, one: Option) -> Iterator[Option]:
+    """Yield other causes at a joint, beside a cause at another one."""
+    for other in candidates_of(evidence.simulator):
+        if other.joints == part.joints and other.effect.name != part.effect:
+            start = [min(p.neutral + p.spread, p.upper) for p in other.effect.parameters]
+            causes = (*one.fitted.causes, other.cause(start))
+            yield fit_option(evidence, other, causes, one.unseen)
+
+
+def _ahead(evidence: Evidence, one: Option, other: Option) -> bool:
+    """Whether one clearly explains more than another."""
+    ahead = advantage(one.unseen, other.unseen, evidence.block_part)
+    return ahead.nats > max(ahead.error, AHEAD_NATS)
 
 
 def _contains(evidence: Evidence, other: Option, new: Option) -> bool:

@@ -116,6 +116,7 @@ def _others(
         and one.signature.candidate.family not in others
         and one.nats > NEAR_AS_GOOD * own_gain
         and one.signature.candidate.family not in step.wider
+        and not (look.known is not None and _wider(one.signature.candidate, causes[at]))
     ]
     by_key = {one.signature.candidate.key: one.signature.candidate for one in ranked}
     for cause in listed[:IN_PLACE]:
@@ -134,3 +135,8 @@ def left_out(evidence: Evidence, selection: Selection, numbers: Collection[int])
 def without(causes: tuple[Cause, ...], at: int) -> tuple[Cause, ...]:
     """Return causes without one of them."""
     return (*causes[:at], *causes[at + 1 :])
+
+
+def _wider(one: Candidate, cause: Cause) -> bool:
+    """Whether a candidate is at every joint, among them the one at which a cause surely is."""
+    return bool(set(one.effect.each) & set(cause.joints))

@@ -192,3 +192,18 @@ def test_at_one_joint_only_if_that_is_new_and_no_other_joint_lacks_it(
     taken, p = at_one_joint(found, every, 0.02, (), chance, nothing)
     assert taken.added.joints == joints
     assert p == chances.get(joints, 0.02)
+
+
+@pytest.mark.parametrize(("second", "joints"), [("stiffness", ()), ("bias", ("c",))])
+def test_another_joint_with_another_cause_is_no_reason_to_name_every_joint(
+    second: str, joints: tuple[str, ...]
+) -> None:
+    """A weaker loop at one joint looks like friction there, beside friction at another joint."""
+    other = {"stiffness": 0.8, "bias": 0.5}[second]
+    true = [Cause("stiffness", ("c",), (0.7,)), Cause(second, ("a",), (other,))]
+    found, _ = evidences(EachToy(WITH_ALL_SOFT), toy_case(true, 7), toy_references(7))
+    nothing = unseen_score(found, fit_causes(found, ()))
+    start = Cause(ALL_SOFT.name, (), (0.9, 1.0, 0.7))
+    every = fit_option(found, Candidate(ALL_SOFT, ()), (start,), nothing)
+    taken, _ = at_one_joint(found, every, 0.02, (), lambda _: 0.001, nothing)
+    assert taken.added.joints == joints
