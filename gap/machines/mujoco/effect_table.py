@@ -21,6 +21,8 @@ PLAIN, OF_TORQUE, OF_INERTIA, PER_TORQUE = "", "torque", "inertia", "per torque"
 # What a row needs besides a kind of drive.
 DAMPED, LIMITED, TORQUES, SPEEDS = "kd", "limit", "torques", "speeds"
 WORDS = {one.name: (one.physics, one.remedy) for one in BENCH}
+# Effects that are another form of the same cause: a joint lies by its torque, or by how it moves.
+FORM_OF = {"backlash": "play"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,15 +76,14 @@ def _row(
     scopes: tuple[Scope, ...] = ONE,
     each: bool = False,
     words: tuple[str, str] | None = None,
-    form_of: str = "",
 ) -> JointRow:
     parameters, places, sizes = zip(*numbers, strict=True)
     physics, remedy = words or WORDS[name]
     by_forces = stage == TRANSMISSION
     effect = MjcfEffect(
         name, stage, parameters, scopes, physics, remedy, JOINT, places,
-        by_forces=by_forces, wears=name in MAY_WEAR, form_of=form_of,
-        rough=(form_of or name) == "play",  # how a joint crosses it differs from gear to gear
+        by_forces=by_forces, wears=name in MAY_WEAR, form_of=FORM_OF.get(name, ""),
+        rough=FORM_OF.get(name, name) == "play",  # how a joint crosses it differs from gear to gear
     )  # fmt: skip
     return JointRow(effect, sizes, kinds, needs, each)
 
@@ -121,7 +122,6 @@ JOINT_EFFECTS = (
          kinds=LOOPS, each=True),
     _row("backlash", TRANSMISSION,
          (share("width_rad", "rad", 0.02, 0.4), ("backlash_rad", "+"), PLAIN), kinds=LOOPS,
-         form_of="play",
          words=(
              "The joint lies at one or the other flank of its gears' play, whichever way it is driven.",
              WORDS["backlash"][1],
