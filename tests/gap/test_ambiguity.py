@@ -34,8 +34,8 @@ def opened(evidence: Evidence, selection: Selection) -> list[str]:
     return [one.effect for one in open_rivals(evidence, selection, [r for _, r in shared], 1e6)]
 
 
-def test_what_a_healthy_machine_shows_by_chance_is_no_cause() -> None:
-    """Three in ten of them show as much: neither it nor its alternatives can have more than 0.7."""
+def delay_and_lag() -> tuple[Evidence, Option, Option]:
+    """A run with a delay, and both effects fitted to it."""
     evidence, _ = evidences(
         Toy(), [toy_trial([Cause("delay", (), (0.02,))], 0.05, "trot", seed=1)], []
     )
@@ -44,6 +44,12 @@ def test_what_a_healthy_machine_shows_by_chance_is_no_cause() -> None:
         fit_option(evidence, one, (one.cause((0.02,)),), standing)
         for one in (Candidate(BY_NAME[name], ()) for name in ("delay", "lag"))
     )
+    return evidence, delay, lag
+
+
+def test_what_a_healthy_machine_shows_by_chance_is_no_cause() -> None:
+    """Three in ten of them show as much: neither it nor its alternatives can have more than 0.7."""
+    evidence, delay, lag = delay_and_lag()
     sure = Selection(delay.fitted, delay.unseen, (Step(delay, (lag,)),))
     doubtful = replace(sure, steps=(replace(sure.steps[0], p=0.3),))
     ((one, (other,)),) = chances(sure, evidence.block_part, 0.1, 0.0, [1.0])
@@ -56,14 +62,7 @@ def test_what_a_healthy_machine_shows_by_chance_is_no_cause() -> None:
 
 def test_a_chance_speaks_less_for_one_more_cause_than_for_the_first() -> None:
     """That there is a gap is known by the surest cause, and says nothing of another."""
-    evidence, _ = evidences(
-        Toy(), [toy_trial([Cause("delay", (), (0.02,))], 0.05, "trot", seed=1)], []
-    )
-    standing = np.full(len(evidence.starts), 1e9)
-    delay, lag = (
-        fit_option(evidence, one, (one.cause((0.02,)),), standing)
-        for one in (Candidate(BY_NAME[name], ()) for name in ("delay", "lag"))
-    )
+    evidence, delay, lag = delay_and_lag()
     both = Selection(delay.fitted, delay.unseen, (Step(delay, (), 0.04), Step(lag, (), 0.05)))
     (first, _), (more, _) = chances(both, evidence.block_part, 0.0, 0.0, [1.0, 1.0])
     assert first == pytest.approx(0.96)
