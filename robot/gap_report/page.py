@@ -34,6 +34,7 @@ from robot.gap_report.words import (
     size_words,
     stage_note,
     verdict_words,
+    why_a_gap,
 )
 from robot.report.packed import packed_floats, script_json
 from robot.report.page import render
@@ -102,7 +103,7 @@ def diagnosis_page(
         ],
         stages=stage_bars(d),
         calm=stage_rows(d),
-        stage_note=stage_note(d),
+        stage_note="; ".join(filter(None, (why_a_gap(d), stage_note(d)))),
         maps=gap_maps(d),
         judged=d.held_out,
         traces=[

@@ -26,6 +26,7 @@ from robot.gap_report.words import (
     size_words,
     stage_note,
     whole_words,
+    why_a_gap,
 )
 
 BAR = 20
@@ -52,7 +53,8 @@ def summary_lines(
     severe, faults = _faults(d, paths)
     lines = [d.headline, *severe, d.sentence, *_to_do(d, json), "", *faults]
     if d.verdict is not Verdict.NO_GAP:
-        lines += [*_why(d), *_where(d, width), "", *_causes(d), "", *_how_far(d)]
+        why = why_a_gap(d)
+        lines += [*([why, ""] if why else []), *_where(d, width), "", *_causes(d), "", *_how_far(d)]
     else:
         lines += _sizes(d)
     lines += _next(d)
@@ -66,11 +68,6 @@ def summary_lines(
     lines.append(d.false_alarm_words)
     spaced = [line for i, line in enumerate(lines) if line or (i and lines[i - 1])]
     return [piece for line in spaced for piece in wrapped(line, width)]
-
-
-def _why(d: Diagnosis) -> list[str]:
-    """Which test says that there is a gap, where references judge."""
-    return [d.detection.why_words, ""] if d.detection is not None and d.detection.below else []
 
 
 def _to_do(d: Diagnosis, json: Path | None) -> list[str]:

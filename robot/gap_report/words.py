@@ -72,6 +72,11 @@ def headline(d: Diagnosis) -> str:
     return f"{HEADLINES[d.verdict]}: {names}" if named else HEADLINES[d.verdict]
 
 
+def why_a_gap(d: Diagnosis) -> str:
+    """Say which test says that there is a gap; empty where no references judge, or there is none."""
+    return d.detection.why_words if d.detection is not None and d.detection.below else ""
+
+
 def stage_note(d: Diagnosis) -> str:
     """Say why a cause closes much of a gap of which its stage has little; empty if none does."""
     stages = {one.stage: one for one in d.where.stages}
