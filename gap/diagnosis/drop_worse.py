@@ -10,7 +10,6 @@ from dataclasses import replace
 
 from gap.constants import (
     CLEAR_ERRORS,
-    ENERGY_LEVEL,
     FALSE_ALARMS,
     HELD_OUT_ADDS,
     HELD_OUT_SIZEABLE,
@@ -91,7 +90,7 @@ def drop_unclear(
 def _energies_show_a_gap(comparison: GapEvidence) -> bool:
     """Whether trials have more energy than healthy runs, whatever the causes."""
     evidence = comparison.evidence
-    return chance_of_energies(evidence, evidence.base, comparison.runs).p < ENERGY_LEVEL
+    return chance_of_energies(evidence, evidence.base, comparison.runs).shows_a_gap
 
 
 def _as_usual(evidence: Evidence, selection: Selection, chance: float) -> Selection:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
-from gap.constants import CHANNEL_SCATTER, CHANNELS_APART, LEAST_SCATTER
+from gap.constants import CHANNEL_SCATTER, CHANNELS_APART, ENERGY_LEVEL, LEAST_SCATTER
 from gap.residuals.moderated import Scatter, scatter_of_all, steadied
 from model.values.arrays import BoolArray, FloatArray
 
@@ -27,6 +27,11 @@ class EnergyChance:
     p: float
     channel: int = -1
     another: bool = False
+
+    @property
+    def shows_a_gap(self) -> bool:
+        """Whether healthy machines hardly ever have as much, whatever the causes."""
+        return self.p < ENERGY_LEVEL
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -255,6 +255,11 @@ def is_limit(p: Parameter) -> bool:
     return by_ratios(p) and p.neutral >= p.upper
 
 
+def only_a_limit(effect: Effect) -> bool:
+    """Whether an effect has one number, which is a limit."""
+    return len(effect.parameters) == 1 and is_limit(effect.parameters[0])
+
+
 def ratio_steps(p: Parameter) -> list[float]:
     """Values over the range of a parameter that is walked by ratios."""
     return [float(p.lower * (p.upper / p.lower) ** q) for q in (0.1, *QUANTILES, 0.9)]

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 
-from gap.constants import AHEAD_NATS, CONTAINS_SHARE, OPEN_LEVEL
+from gap.constants import CONTAINS_SHARE, OPEN_LEVEL
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, candidates_of
@@ -117,8 +117,7 @@ def _others_there(evidence: Evidence, part: Cause, one: Option) -> Iterator[Opti
 
 def _ahead(evidence: Evidence, one: Option, other: Option) -> bool:
     """Whether one clearly explains more than another."""
-    ahead = advantage(one.unseen, other.unseen, evidence.block_part)
-    return ahead.nats > max(ahead.error, AHEAD_NATS)
+    return advantage(one.unseen, other.unseen, evidence.block_part).clear
 
 
 def _contains(evidence: Evidence, other: Option, new: Option) -> bool:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import linalg
 
+from gap.constants import AHEAD_NATS
 from gap.residuals.evidence import Evidence
 from gap.search.fit import Fitted
 from model.values.arrays import FloatArray, IntArray
@@ -29,6 +30,11 @@ class Advantage:
 
     nats: float
     error: float
+
+    @property
+    def clear(self) -> bool:
+        """Whether it is more than scatter, and than a nat or so."""
+        return self.nats > max(self.error, AHEAD_NATS)
 
 
 def steps_without(

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from gap.constants import AHEAD_NATS
 from gap.residuals.evidence import Evidence
-from gap.search.candidates import is_limit, size_of
+from gap.search.candidates import only_a_limit, size_of
 from gap.search.options import Option
 from gap.search.screen import Gain, Signatures
 from model.values.arrays import FloatArray
@@ -63,9 +63,8 @@ def limits_as_they_act(
         one.signature.candidate.key: one for one in ranked
     }
     for one in signatures.each:
-        parameters = one.candidate.effect.parameters
         known = best.get(one.candidate.key)
-        if known is None or len(parameters) != 1 or not is_limit(parameters[0]) or one.offset < 0:
+        if known is None or not only_a_limit(one.candidate.effect) or one.offset < 0:
             continue
         change = signatures.matrix[one.offset].reshape(residual.shape)
         away = size_of(one.candidate.cause(one.start), one.candidate.effect)

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from gap.constants import ENERGY_LEVEL, HIDDEN_SHARE, OPEN_LEVEL, REST_SHARE
+from gap.constants import HIDDEN_SHARE, OPEN_LEVEL, REST_SHARE
 from gap.residuals.at_once import each_of
 from gap.residuals.chances import clearer
 from gap.residuals.energies import chance_of_energies
@@ -106,7 +106,7 @@ class Look:
         if fitted.causes:
             return OPEN_LEVEL
         left = chance_of_energies(self.evidence, fitted.residual, self.known.each)
-        return OPEN_LEVEL if left.p < ENERGY_LEVEL else CAUSE_LEVEL
+        return OPEN_LEVEL if left.shows_a_gap else CAUSE_LEVEL
 
     def least_nats(self, unseen: FloatArray) -> float:
         """Return what a cause has to gain where there are no references, of what is left in each block."""

@@ -8,7 +8,6 @@ well to first order are fitted in its place. The set that predicts held-out bloc
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 
-from gap.constants import AHEAD_NATS
 from gap.interfaces import Cause
 from gap.residuals.at_once import each_of
 from gap.residuals.evidence import Evidence
@@ -66,9 +65,8 @@ def _better_at(look: Look, selection: Selection, signatures: Signatures, at: int
     others = list(_others(look, selection, signatures, at))
     options = each_of(others, fitted, look.evidence.predictor.at_once)
     for option in options:
-        ahead = option.over.nats > max(option.over.error, AHEAD_NATS)
         named = not too_small(option.cause, option.added.effect)
-        if ahead and named and (best is None or option.over.nats > best.over.nats):
+        if option.over.clear and named and (best is None or option.over.nats > best.over.nats):
             best = option
     if best is None or (p := look.chance(best)) >= CAUSE_LEVEL:
         return selection

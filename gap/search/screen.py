@@ -16,6 +16,7 @@ from gap.search.candidates import (
     Candidate,
     away_starts,
     is_limit,
+    only_a_limit,
     ratio_steps,
     starts_of,
     stepped,
@@ -145,9 +146,7 @@ def _at_edges(rows: "_Rows", made: Sequence[Signature]) -> list["_Start"]:
     A little below it looks unlike itself far below, and each joint has its own.
     """
     limits = {
-        one.candidate.key: one.candidate
-        for one in made
-        if len(one.start) == 1 and is_limit(one.candidate.effect.parameters[0])
+        one.candidate.key: one.candidate for one in made if only_a_limit(one.candidate.effect)
     }
     shown = {(one.candidate.key, *one.start): rows.energy(one.offset) for one in made}
     starts = []

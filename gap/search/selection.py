@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gap.constants import AHEAD_NATS, TRIMMED, VIBRATES_LEAST
+from gap.constants import TRIMMED, VIBRATES_LEAST
 from gap.interfaces import Cause, Effect
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, families_of, too_small
@@ -124,7 +124,7 @@ def widened(
             other = _dropped(evidence, other, len(other.steps))
             other = _forward(look, other, candidates, signatures, progress)[0]
             over = advantage(other.unseen, selection.unseen, evidence.block_part)
-            if over.nats > max(over.error, AHEAD_NATS):
+            if over.clear:
                 return widened(look, other, candidates, signatures, progress)
     return selection
 

@@ -27,7 +27,7 @@ import numpy as np
 from gap.constants import FORCES_DIFFER, MEAN_DIFFERS, MODELS_DIFFER, PLACES_DIFFER
 from gap.interfaces import Cause, Effect
 from gap.residuals.evidence import Evidence
-from gap.search.candidates import is_limit
+from gap.search.candidates import is_limit, only_a_limit
 from gap.search.cross_validation import steps_without
 from gap.search.fit import Fitted
 from gap.search.novelty import Trials, sizes_in_references, sizes_in_trials
@@ -74,13 +74,12 @@ def _from_nothing(evidence: Evidence, fitted: Fitted) -> FloatArray:
     """
     away, at = np.abs(fitted.away), 0
     for cause in fitted.causes:
-        parameters = evidence.effects[cause.effect].parameters
-        if len(parameters) == 1 and is_limit(parameters[0]):
+        if only_a_limit(evidence.effects[cause.effect]):
             others = tuple(one for one in fitted.causes if one is not cause)
             change = evidence.residuals([others])[0] - fitted.residual
             slope = np.linalg.norm(fitted.slopes[at])
             away[at] = min(away[at], np.linalg.norm(change) / slope if slope > 0.0 else np.inf)
-        at += len(parameters)
+        at += len(cause.values)
     return away
 
 

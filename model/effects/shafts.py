@@ -6,6 +6,7 @@ import numpy as np
 
 from model.effects.catalogue import NO_LIMIT_RAD_S
 from model.effects.gear_play import (
+    BEARING_DRAG_NM,
     DRAGGED_PLAY,
     LOOP_S,
     PLAY,
@@ -92,13 +93,11 @@ def shafts(
         angle = _held_back(angle, settings.each("joint_friction")[0])
     if loads is None:
         return angle
-    if settings.has(PLAY):
-        (width_rad,) = settings.each(PLAY)
-        angle = angle + in_play(grid, loads.flank_nm, width_rad, loads.strut)
-    if settings.has(DRAGGED_PLAY):
-        (width_rad,) = settings.each(DRAGGED_PLAY)
-        drag_nm = strong_drag(acting_rad)
-        angle = angle + in_play(grid, loads.flank_nm, width_rad, loads.strut, drag_nm)
+    for form in (PLAY, DRAGGED_PLAY):
+        if settings.has(form):
+            (width_rad,) = settings.each(form)
+            drag_nm = BEARING_DRAG_NM if form == PLAY else strong_drag(acting_rad)
+            angle = angle + in_play(grid, loads.flank_nm, width_rad, loads.strut, drag_nm)
     if settings.has(PLAY_IN_LOOP):
         (width_rad,) = settings.each(PLAY_IN_LOOP)
         place = in_play(grid, loads.flank_nm, width_rad, loads.strut)

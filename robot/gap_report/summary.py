@@ -53,8 +53,7 @@ def summary_lines(
     severe, faults = _faults(d, paths)
     lines = [d.headline, *severe, d.sentence, *_to_do(d, json), "", *faults]
     if d.verdict is not Verdict.NO_GAP:
-        why = why_a_gap(d)
-        lines += [*([why, ""] if why else []), *_where(d, width), "", *_causes(d), "", *_how_far(d)]
+        lines += [why_a_gap(d), "", *_where(d, width), "", *_causes(d), "", *_how_far(d)]
     else:
         lines += _sizes(d)
     lines += _next(d)

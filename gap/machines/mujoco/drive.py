@@ -16,6 +16,7 @@ from gap.machines.servo_bench.kernel import UNLIMITED_RAD_S
 from model.errors import ConfigError, GapError
 from model.parameters.tables import parse_table
 from model.parameters.toml_table import Table
+from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 
 POSITION, FIRMWARE, TORQUE, CURRENT = "position", "firmware", "torque", "current"
@@ -93,6 +94,11 @@ class TorqueLaw(NamedTuple):
     damping: float
     limit: float
     back_emf: float
+
+    def asked(self, target: FloatArray, angle: FloatArray, speed: FloatArray) -> FloatArray:
+        """Return the torque that the loop asks for, before its motor's back-EMF; arrays of one shape."""
+        pull = self.stiffness * (target - angle) - self.damping * speed
+        return np.asarray(np.clip(pull, -self.limit, self.limit))
 
 
 class DriveTable(NamedTuple):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.data.even_grid import even_times, on_times
-from gap.machines.mujoco.drive import DriveTable, JointNumbers, pursuing
+from gap.machines.mujoco.drive import DriveTable, JointNumbers, pursuing, torque_law
 from gap.machines.mujoco.gear_flank import gear_flank
 from gap.machines.servo_bench.kernel import UNLIMITED_RAD_S, speed_limited
 from model.errors import GapError
@@ -206,11 +206,10 @@ def targets_of(
     if drive.after_error and p.kd > 0.0:
         target = target + p.kd / p.kp * np.gradient(target, dt)
     if p.backlash_rad > 0.0:  # the loop holds the motor, and the joint lies at a flank of its gear
-        plain = targets_of(frames, drive, joint, pursuing(drive.joints[joint], drive), 1)
-        seen = frames.motion
-        flank = gear_flank(
-            seen.angle[:, joint], seen.speed[:, joint], plain, joint, drive, frames.period_s
-        )
+        own, seen = drive.joints[joint], frames.motion
+        plain = targets_of(frames, drive, joint, pursuing(own, drive), 1)
+        law = torque_law(drive.kind, own)
+        flank = gear_flank(seen.angle[:, joint], seen.speed[:, joint], plain, law, frames.period_s)
         target = target - 0.5 * p.backlash_rad * at_times(frames.time_s, flank, at_s + p.delay_s)
     return np.asarray((target - p.encoder_offset_rad) / p.encoder_scale)
 

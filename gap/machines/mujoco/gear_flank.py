@@ -8,7 +8,7 @@ motor or behind it. What rubs at the joint is overcome through the gear as well.
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from gap.machines.mujoco.drive import DriveTable, torque_law
+from gap.machines.mujoco.drive import TorqueLaw
 from model.values.arrays import FloatArray
 
 # How long a joint takes from one flank to the other: the mean over that is as sure as its time. Assumed.
@@ -19,8 +19,7 @@ def gear_flank(
     angle_rad: FloatArray,
     speed_rad_s: FloatArray,
     target_rad: FloatArray,
-    joint: int,
-    drive: DriveTable,
+    law: TorqueLaw,
     period_s: float,
 ) -> FloatArray:
     """Return 1 where the motor drives the joint on and -1 where it drives it back, (F,).
@@ -29,13 +28,10 @@ def gear_flank(
         angle_rad: Measured, (F,).
         speed_rad_s: Its slope, (F,).
         target_rad: What its loop pursues, with nothing added, (F,) or (F - 1,).
-        joint: Its number.
-        drive: As the file has it.
+        law: Of the loop, as the file has it.
         period_s: Between frames.
     """
-    law = torque_law(drive.kind, drive.joints[joint])
     target = target_rad[np.minimum(np.arange(len(angle_rad)), len(target_rad) - 1)]
-    asked = law.stiffness * (target - angle_rad) - law.damping * speed_rad_s
-    torque = np.clip(asked, -law.limit, law.limit) - law.back_emf * speed_rad_s
+    torque = law.asked(target, angle_rad, speed_rad_s) - law.back_emf * speed_rad_s
     frames = max(1, round(CROSSING_S / period_s))
     return np.asarray(uniform_filter1d(np.sign(np.nan_to_num(torque)), frames, mode="nearest"))

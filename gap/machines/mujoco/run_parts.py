@@ -66,8 +66,8 @@ class RunParts:
         for at, p in enumerate(settings.joints):
             if p.compliance_rad_nm > 0.0:
                 law = torque_law(self._drive.kind, p._replace(compliance_rad_nm=0.0))
-                pull = law.stiffness * (targets[:, at] - angle[:, at]) - law.damping * moving[:, at]
-                angle[:, at] -= p.compliance_rad_nm * np.clip(pull, -law.limit, law.limit)
+                asked = law.asked(targets[:, at], angle[:, at], moving[:, at])
+                angle[:, at] -= p.compliance_rad_nm * asked
         qpos[:, self._rigid.position] = np.where(np.isfinite(angle), angle, targets)
         qvel[:, self._rigid.speed] = np.nan_to_num(moving) / scale
         return qpos, qvel
