@@ -195,7 +195,12 @@ class Study:
             seen = excess[:, on][np.isfinite(excess[:, on])]
             if len(seen):
                 factor[on] = np.clip(np.mean(seen), 1.0, MOST_INFLATION)
-        raised = replace(floor, sigma=floor.sigma * np.sqrt(factor), power=floor.power * factor)
+        raised = replace(
+            floor,
+            sigma=floor.sigma * np.sqrt(factor),
+            power=floor.power * factor,
+            noise=floor.noise * factor,
+        )
         return raised, tuple(one.scaled(factor) for one in healthy)
 
 

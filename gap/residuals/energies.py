@@ -49,6 +49,8 @@ def chance_of_energies(
     gaits = tuple(part.gait for part in evidence.parts)
     known = tuple(one.part.gait for one in healthy)
     left = whitened_runs(evidence, residual)
+    # a window reads what lasts once: of its energy little is known that its size does not say
+    lasting = np.array([channel.lasting for channel in evidence.simulator.channels])
     energies = [
         mean_energy((one.residual**2).sum(axis=0), whitener.count.sum(axis=0))
         for one, whitener in zip(left, evidence.whiteners, strict=True)
@@ -61,7 +63,7 @@ def chance_of_energies(
     ]
     chances: list[EnergyChance] = []
     for number, (own, others, least) in enumerate(views):
-        trials = RunEnergies(gaits, np.log(np.array(own) + least))
+        trials = RunEnergies(gaits, np.log(np.where(lasting, np.nan, own) + least))
         runs = RunEnergies(known, np.log(np.array(others) + least))
         if (one := _chance_of(kinds, trials, runs, joints_alike)) is not None:
             chances.append(replace(one, another=number == 1))

@@ -12,11 +12,14 @@ import numpy as np
 
 from gap.constants import FEW_RATIO, GAIT_CORRELATION, LOG_FREQUENCY
 from gap.interfaces import Channel
-from gap.residuals.part_error import PartError, most_dependent, phase_basis, rms
+from gap.residuals.part_error import HARMONICS, PartError, most_dependent, phase_basis, rms
 from gap.residuals.parts import RunCondition, TrialPart
-from model.values.arrays import BoolArray, FloatArray
+from model.values.arrays import BoolArray, FloatArray, IntArray
 
 WHOLE_CYCLES = 2  # of a run whose cycles are compared with each other
+LOW = 6  # harmonics
+POWERS = np.concatenate([[0.0], np.geomspace(1e-3, 1e4, 24)])  # of a misfit, in units of noise
+SMALLEST = 1e-300
 RATIOS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # repeat variance over misfit variance
 ENOUGH_REFERENCES = 3  # from which their extremes say what is usual, and repeats how alike they are
 
@@ -40,8 +43,9 @@ class Floor:
         conditions: Conditions of R references.
         coefficients: Their misfits, (R, K, C).
         power: Prior variance of a coefficient, (K, C).
-        ratio: Repeat variance over ``power``, (C,).
+        ratio: Repeat variance over ``power``, (K, C).
         lasting: Channels whose misfits are alike at all frequencies of a gait, (C,).
+        noise: Variance of a coefficient by noise, (C,).
     """
 
     source: str
@@ -52,6 +56,7 @@ class Floor:
     power: FloatArray
     ratio: FloatArray
     lasting: BoolArray
+    noise: FloatArray
 
     @property
     def compared(self) -> BoolArray:
@@ -68,14 +73,17 @@ class Floor:
             empty = np.zeros((0, len(self.sigma)))
             return ExpectedMisfit(empty, empty)
         mean, variance = np.empty_like(self.power), np.empty_like(self.power)
-        kinds = sorted(set(zip(self.ratio.tolist(), self.lasting.tolist(), strict=True)))
-        for ratio, lasting in kinds:
-            on = (self.ratio == ratio) & (self.lasting == lasting)
+        for lasting in (False, True):
             correlation = _correlation(self.conditions, self.conditions, lasting)
             near = _correlation([condition], self.conditions, lasting)[0]
-            solved = np.linalg.solve(correlation + ratio * np.eye(count), near)
-            mean[:, on] = np.einsum("r,rkc->kc", solved, self.coefficients[:, :, on])
-            variance[:, on] = self.power[:, on] * (1.0 + ratio - near @ solved)
+            for ratio in np.unique(self.ratio[:, self.lasting == lasting]).tolist():
+                on = (self.ratio == ratio) & (self.lasting == lasting)
+                spread, turn = np.linalg.eigh(correlation + ratio * np.eye(count))
+                power, noise = self.power[on], np.broadcast_to(self.noise, on.shape)[on]
+                toward = (near @ turn)[:, None]
+                share = toward * power / np.fmax(spread[:, None] * power + noise, SMALLEST)
+                mean[on] = (share * (turn.T @ self.coefficients[:, on])).sum(axis=0)
+                variance[on] = power * (1.0 + ratio - (share * toward).sum(axis=0))
         return ExpectedMisfit(mean, variance * (1.0 + 2.0 / count))
 
 
@@ -112,8 +120,9 @@ def make_floor(
             (),
             np.zeros((0, 0, c)),
             np.zeros((0, c)),
-            np.zeros(c),
+            np.zeros((0, c)),
             lasting,
+            np.zeros(c),
         )
     rests, coefficients = [fit.rest for fit in fits], np.array([fit.coefficients for fit in fits])
     if lasting.any():  # it has no phase: all that repeats is its mean
@@ -123,46 +132,65 @@ def make_floor(
         coefficients[:, 0, lasting] = np.array([one.coefficients[0, lasting] for one in means])
     sigma = np.fmax(_pooled(rests), noise * np.ones(c))
     conditions = tuple(one.part.condition for one in references)
-    power, ratio = _spread(channels, coefficients, conditions)
-    # a coefficient cannot be known better than noise lets it be measured
     frames = np.mean([one.part.frames for one in references])
-    least = np.tile(sigma**2 * dependence / frames, (len(power), 1))
+    noise = sigma**2 * dependence / frames
+    power, ratio = _spread(channels, coefficients, conditions, noise)
+    # a misfit cannot be known better than noise lets it be measured
+    least = np.tile(noise, (len(power), 1))
     least[1:, lasting] = 0.0
     power = np.fmax(power, least)
-    return Floor("references", sigma, dependence, conditions, coefficients, power, ratio, lasting)
+    return Floor(
+        "references", sigma, dependence, conditions, coefficients, power, ratio, lasting, noise
+    )
 
 
 def _spread(
-    channels: Sequence[Channel], coefficients: FloatArray, conditions: Sequence[RunCondition]
-) -> tuple[FloatArray, FloatArray]:
-    """Prior variance (K, C) and repeat ratio (C,), pooled over legs, by marginal likelihood."""
-    count, harmonics, c = coefficients.shape
+    channels: Sequence[Channel], coefficients: FloatArray, conditions: Sequence[RunCondition],
+    noise: FloatArray,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Prior variance and repeat ratio of each coefficient, (K, C), by marginal likelihood.
+
+    Variances are pooled over legs, ratios over a band of harmonics, too: what is noise, or repeats well,
+    in high ones says nothing of low ones.
+    """
+    harmonics, c = coefficients.shape[1:]
     names = [channel.name for channel in channels]
-    power, ratio = np.zeros((harmonics, c)), np.empty(c)
+    power, ratio = np.zeros((harmonics, c)), np.full((harmonics, c), RATIOS[-1])
+    unit = np.sqrt(np.fmax(noise, SMALLEST))
     kinds = {channel.name: channel.lasting for channel in channels}
+    ratios = RATIOS if len(conditions) >= ENOUGH_REFERENCES else (float(FEW_RATIO),)
     for name, lasting in kinds.items():
-        on = np.array([one == name for one in names])
+        own = np.flatnonzero([one == name for one in names])
         correlation = _correlation(conditions, conditions, lasting)
-        seen = coefficients[:, : 1 if lasting else harmonics, on]
-        best = -np.inf
-        for candidate in RATIOS if count >= ENOUGH_REFERENCES else (FEW_RATIO,):
-            covariance = correlation + candidate * np.eye(count)
-            energy = np.einsum(
-                "rkc,rkc->kc",
-                seen,
-                np.einsum("rs,skc->rkc", np.linalg.inv(covariance), seen),
-            )
-            own = energy / count
-            pooled = 0.5 * own + 0.5 * own.mean(axis=1, keepdims=True)
-            pooled = np.fmax(pooled, 1e-300)
-            likelihood = -0.5 * float(
-                np.sum(count * np.log(pooled) + energy / pooled)
-                + energy.size * np.linalg.slogdet(covariance)[1]
-            )
-            if likelihood > best:
-                best = likelihood
-                power[: len(pooled), on], ratio[on] = pooled, candidate
+        for band in _bands(1 if lasting else harmonics):
+            on = np.ix_(band, own)
+            seen = coefficients[:, on[0], on[1]] / unit[own]
+            tried = [_likeliest(seen, correlation + one * np.eye(len(seen))) for one in ratios]
+            best = int(np.argmax([nats for nats, _ in tried]))
+            power[on], ratio[on] = tried[best][1] * unit[own] ** 2, ratios[best]
     return power, ratio
+
+
+def _bands(columns: int) -> list[IntArray]:
+    """Columns of ``phase_basis`` that share a ratio: its low harmonics, and its high ones."""
+    every = np.arange(columns)
+    number = np.where(every > HARMONICS, every - HARMONICS, every)  # cosines, then sines
+    return [band for band in (every[number <= LOW], every[number > LOW]) if len(band)]
+
+
+def _likeliest(seen: FloatArray, covariance: FloatArray) -> tuple[float, FloatArray]:
+    """Log likelihood of R coefficients, (R, K, C), in units of noise, and the variances, (K, C).
+
+    They are these variances times a covariance, (R, R), and noise of variance 1.
+    """
+    spread, turn = np.linalg.eigh(covariance)
+    squares = np.einsum("ri,rkc->ikc", turn, seen) ** 2
+    variances = POWERS[:, None] * spread + 1.0
+    nats = -0.5 * np.einsum("ikc,gi->gkc", squares, 1.0 / variances)
+    nats -= 0.5 * np.log(variances).sum(axis=1)[:, None, None]
+    together = nats.sum(axis=2)
+    each, pooled = POWERS[nats.argmax(axis=0)], POWERS[together.argmax(axis=0)]
+    return float(together.max(axis=0).sum()), 0.5 * each + 0.5 * pooled[:, None]
 
 
 def _correlation(

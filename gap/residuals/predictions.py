@@ -49,7 +49,7 @@ class Predictor:
         standing: tuple[Cause, ...] = (),
     ) -> None:
         self.simulator, self.trials, self.standing = simulator, tuple(trials), standing
-        self.count = 0
+        self._asked: set[PredictionRequest] = set()
         self._elsewhere = elsewhere
         self._known: dict[PredictionRequest, FloatArray] = {}
         self._lock = Lock()
@@ -58,6 +58,11 @@ class Predictor:
     def at_once(self) -> int:
         """How many calls may be made at a time, by threads; 1 where predictions are made here."""
         return 1 if self._elsewhere is None else self._elsewhere.at_once
+
+    @property
+    def count(self) -> int:
+        """How many different predictions were asked for, whichever thread was first to ask."""
+        return len(self._asked)
 
     def with_standing(self, standing: tuple[Cause, ...]) -> "Predictor":
         """Return the same with these causes behind those that stand."""
@@ -87,7 +92,7 @@ class Predictor:
             ]
         made = dict(zip(fresh, predicted, strict=True))
         with self._lock:
-            self.count += len(fresh)
+            self._asked.update(fresh)
             self._known = dict(list((self._known | made).items())[-REMEMBERED:])
         return [made[one] if one in made else before[one] for one in requests]
 

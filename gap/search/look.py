@@ -214,12 +214,18 @@ class Look:
     def _lists(self, ranked: list[Gain], standing: Fitted) -> Iterator[list[Gain]]:
         """Yield what is to be fitted, best first; with references the next best, then the newest.
 
-        What hunts is before all others.
+        What hunts is before all others. Beside other causes, what healthy runs surely show as well to first
+        order is not fitted.
         """
         hunting = [gain for gain in ranked if gain.signature.candidate.hunts]
         if hunting:
             ranked = [gain for gain in ranked if gain not in hunting]
             yield hunting
+        chances = self._newest_of(standing)
+        if standing.causes:
+            ranked = [
+                gain for gain in ranked if chances.get(gain.signature.candidate.family, 0.0) < 1.0
+            ]
         for near, least in LISTS if self.healthy is not None else LISTS[:1]:
             if self.search.walk:  # what is gained to first order is no measure for what was walked
                 whole = [gain for gain in ranked if not _at_a_joint(gain)]
@@ -231,20 +237,24 @@ class Look:
                 listed = shortlist(ranked, self.search.shortlist, near, least)
             ranked = [gain for gain in ranked if gain not in listed]
             yield listed
-        if self.known is not None:
-            search = self.known.search
-            chance = (
-                newest_left(search, self.evidence, standing.residual)
-                if standing.causes
-                else newest(search)
-            )
-            new = [
-                (among_all, gain)
-                for gain in ranked
-                if (family := gain.signature.candidate.family) in chance
-                and (among_all := self.known.search.among_all(chance[family], family)) < OPEN_LEVEL
-            ]
-            yield [gain for _, gain in sorted(new, key=lambda one: one[0])[:NEWEST]]
+        new = [
+            (chance, gain)
+            for gain in ranked
+            if (chance := chances.get(gain.signature.candidate.family, 1.0)) < OPEN_LEVEL
+        ]
+        yield [gain for _, gain in sorted(new, key=lambda one: one[0])[:NEWEST]]
+
+    def _newest_of(self, standing: Fitted) -> dict[Family, float]:
+        """Chance of each cause in healthy runs, as the best of all, to first order; empty without them."""
+        if self.known is None:
+            return {}
+        search = self.known.search
+        chances = (
+            newest_left(search, self.evidence, standing.residual)
+            if standing.causes
+            else newest(search)
+        )
+        return {family: search.among_all(one, family) for family, one in chances.items()}
 
     def _best_form(self, selection: Selection, forms: Sequence[Gain]) -> Option:
         """Return the best of the forms of a cause, which are listed with the best to first order first.

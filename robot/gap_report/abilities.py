@@ -15,6 +15,7 @@ from record.trial.trial import Trial
 from robot.config.robot_file import parse_robot
 from robot.gap_report.trials import simulator_for
 
+MOST_NAMES = 8  # of effects that are not visible
 FEET, FORCES = "feet (markers)", "forces"
 NO_ROBOT = 'no robot file; add robot = "FILE.toml" to [trial] in the map or beside the table'
 
@@ -40,7 +41,7 @@ def abilities(trial: Trial) -> tuple[Ability, ...]:
 
 
 def _known(values: FloatArray) -> list[bool]:
-    """Whether anything is known in each column, (T, C)."""
+    """Whether anything is known of each of the last columns, (T, ..., C)."""
     return [bool(np.isfinite(column).any()) for column in values.T]
 
 
@@ -83,11 +84,13 @@ def _truth(trial: Trial) -> Ability:
 
 
 def _forces(trial: Trial) -> Ability:
-    known = _known(trial.force_n.sum(axis=2))
-    if not any(known):
+    legs, axes = _known(np.moveaxis(trial.force_n, 2, 1)), _known(trial.force_n)
+    having = [name for name, one in zip(trial.legs, legs, strict=True) if one]
+    if not having:
         return Ability("forces", False, "no sensors (force_J_x_n and so on)")
-    having = [name for name, one in zip(trial.legs, known, strict=True) if one]
-    return Ability("forces", True, f"of {', '.join(having)}")
+    lacking = [axis for axis, one in zip("xyz", axes, strict=True) if not one]
+    without = f", without {' and '.join(lacking)}" if lacking else ""
+    return Ability("forces", True, f"of {', '.join(having)}{without}")
 
 
 def _diagnosis(trial: Trial) -> Ability:
@@ -108,7 +111,14 @@ def _diagnosis(trial: Trial) -> Ability:
         words += f"; not measured: {missing}"
     if kept := ", ".join(_not_compared(trial, coverage)):
         words += f"; kept, but not compared, as the simulator does not predict them: {kept}"
+    if coverage.hidden:
+        words += f"; not visible: {_some(coverage.hidden)}"
     return Ability("diagnosis", True, words)
+
+
+def _some(names: Sequence[str]) -> str:
+    more = len(names) - MOST_NAMES
+    return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 def _not_compared(trial: Trial, coverage: Coverage) -> list[str]:
@@ -134,7 +144,7 @@ def _kind(channel: str) -> str:
     for start, kind in starts:
         if channel.startswith(start):
             return kind
-    return "body" if channel.startswith(("body", "roll", "pitch")) else channel
+    return "body" if channel.startswith(("body", "mean", "roll", "pitch")) else channel
 
 
 @lru_cache(maxsize=1)

@@ -12,9 +12,11 @@ KINDS = (
     ("total_force", "force sensors"),
     ("grip", "force sensors"),
     ("body", "the body's pose"),
+    ("mean", "the body's pose"),
     ("roll", "the body's pose"),
     ("pitch", "the body's pose"),
 )
+VERTICAL = "force_z"  # where it alone is measured, what is missing are the other forces
 OF_BOTH = "total_moment"  # of forces at markers: if one of these is missing, it is named itself
 
 
@@ -23,10 +25,10 @@ def blind_lines(spots: BlindSpots) -> list[str]:
     groups: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
     for one in spots.effects:
         if one.channels:
-            groups[sensors_of(one.channels)].append(one.effect)
+            groups[sensors_of(one.channels, spots.missing)].append(one.effect)
     if not groups:
         return []
-    missing = ", ".join(sensors_of(spots.missing))
+    missing = ", ".join(sensors_of(spots.missing, spots.missing))
     lines = [f"not measured: {missing}; these runs cannot show, whatever is wrong"]
     for sensors, effects in groups.items():
         lines.append(f"  {', '.join(effects)} (to be seen with {' or '.join(sensors)})")
@@ -38,7 +40,7 @@ def blind_json(spots: BlindSpots) -> dict[str, object]:
     return {
         "not_measured": spots.missing,
         "cannot_be_seen": [
-            {"effect": one.effect, "sensors": sensors_of(one.channels)}
+            {"effect": one.effect, "sensors": sensors_of(one.channels, spots.missing)}
             for one in spots.effects
             if one.channels
         ],
@@ -47,11 +49,17 @@ def blind_json(spots: BlindSpots) -> dict[str, object]:
     }
 
 
-def sensors_of(channels: Sequence[str]) -> tuple[str, ...]:
-    """Return the sensors that channels come from, in a few words, each once."""
+def sensors_of(channels: Sequence[str], missing: Sequence[str]) -> tuple[str, ...]:
+    """Return the sensors that channels come from, in a few words, each once.
+
+    Args:
+        channels: Names of channels that are missing.
+        missing: Names of all that are.
+    """
     kinds = (
         next((words for start, words in KINDS if name.startswith(start)), name)
         for name in channels
         if not name.startswith(OF_BOTH)
     )
-    return tuple(dict.fromkeys(kinds))
+    forces = "force sensors" if VERTICAL in missing else "horizontal foot forces"
+    return tuple(dict.fromkeys(forces if one == "force sensors" else one for one in kinds))

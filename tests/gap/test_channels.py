@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gap.machines.legged.channels import to_channels
+from gap.machines.legged.grip import Windows
 from gap.residuals.whitening import Whitener
 from model.effects.grid import DOWN, TWIST_WINDOW_S, Grid
 from model.effects.signals import SensorSignals
@@ -45,9 +46,13 @@ def test_every_channel_is_the_mean_of_its_signal(frames: int) -> None:
     ])  # fmt: skip
 
     grip = draws.normal(size=((frames + 1) // 2, LEGS))
-    channels = to_channels(grid, command, signals, grip)
+    windows = Windows(np.array([0, 11, (frames + 1) // 2]), 1.0)
+    channels = to_channels(grid, command, signals, windows, grip)
 
-    expected = np.column_stack([averaged(wide), grip])
+    even = averaged(wide)
+    velocities = even[:, JOINTS + 6 * LEGS + 3 :][:, :3]
+    means = [np.broadcast_to(one.mean(axis=0), one.shape) for one in np.split(velocities, [11])]
+    expected = np.column_stack([even, np.concatenate(means), grip])
     np.testing.assert_allclose(channels, expected, rtol=1e-12, atol=1e-12)
     assert np.isnan(channels[:, JOINTS + 3 * LEGS + 1]).sum() == 2, "frame 7 counts in two of them"
 

@@ -78,3 +78,34 @@ def test_what_lasts_is_expected_alike_at_all_frequencies_and_has_no_phase() -> N
     assert not unseen[1:].any()
     assert abs(signal[0] - 0.42) > 0.1, "of a signal, another frequency says less"
     assert signal[1:].any()
+
+
+def test_misfit_scatter_and_noise_are_told_apart() -> None:
+    """A misfit that all runs share is expected nearly whole, one that each has another of is not.
+
+    High harmonics hold noise alone; how it scatters says nothing of the low ones.
+    """
+    rng = np.random.default_rng(11)
+    part = replace(part_of(6.0), gait="a", frequency_hz=0.1)
+    phase = 2 * np.pi * part.observation.cycle[:, None]
+    count = len(CHANNELS)
+
+    def runs(shared: float, own: float) -> list[PartError]:
+        return [
+            PartError(
+                part,
+                (shared + own * rng.normal(size=count)) * np.sqrt(2) * np.cos(phase)
+                + rng.normal(0.0, 0.05, (part.frames, count)),
+            )
+            for _ in range(5)
+        ]
+
+    alike = make_floor(CHANNELS, runs(0.5, 0.0), ()).expect(part.condition)
+    apart = make_floor(CHANNELS, runs(0.0, 0.5), ()).expect(part.condition)
+    assert alike.mean[1] == pytest.approx(np.full(count, 0.5), rel=0.05)
+    assert np.sqrt(alike.variance[1]).max() < 0.06
+    assert np.sqrt(apart.variance[1].mean()) == pytest.approx(0.5, rel=0.6)
+    # what is noise is expected to be next to nothing, and no more uncertain than noise
+    for high in (alike, apart):
+        assert np.abs(high.mean[8]).max() < 0.02
+        assert np.sqrt(high.variance[8]).max() < 0.03

@@ -83,7 +83,7 @@ def test_no_cause_explains_more_than_the_gap() -> None:
 def test_of_runs_below_their_baseline_no_share_is_explained() -> None:
     """They are as healthy ones; what each cause adds to the others is still of all that is closed."""
     little = Cause("stiffness", ("c",), (0.99,))
-    study = make_study(toy_case([little], 3), Toy(), toy_references(3))
+    study = make_study(toy_case([little], 2), Toy(), toy_references(2))
     far = how_far(study.held_evidence(), (little, Cause("stiffness", ("b",), (1.0,))), 0)
     assert far.before < 1.0, "or this tests nothing"
     assert far.after < far.before

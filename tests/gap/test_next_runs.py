@@ -29,7 +29,7 @@ def floor_of(trial: Trial) -> Floor:
     dependence = np.where(lasting, most_dependent(len(simulator().observe(trial).noise)), 1.0)
     return Floor(
         "sensors", noise, dependence, (), np.zeros((0, 1, count)), np.zeros((1, count)),
-        np.ones(count), lasting,
+        np.ones((1, count)), lasting, np.zeros(count),
     )  # fmt: skip
 
 

@@ -76,7 +76,7 @@ def test_what_is_nearly_a_gap_is_said(p_cause: float, p_energy: float, said: str
 
 @pytest.mark.parametrize(
     ("ratio", "verdict", "said"),
-    [(0.95, Verdict.NO_GAP, False), (0.86, Verdict.NO_GAP, True), (0.8, Verdict.EXPLAINED, False)],
+    [(0.95, Verdict.NO_GAP, False), (0.85, Verdict.NO_GAP, True), (0.8, Verdict.EXPLAINED, False)],
 )
 def test_a_cause_that_days_nearly_hide_is_named_as_nearly_a_gap(
     ratio: float, verdict: Verdict, said: bool

@@ -6,6 +6,7 @@ from gap.interfaces import NOWHERE, Channel, Observation
 from gap.machines.legged.gait_phase import gait_cycle
 from gap.machines.legged.grip import NOISE, Windows, grip_of, weight_of_frames
 from gap.machines.legged.inputs import LeggedInputs
+from gap.machines.legged.mean_motion import MEANS, mean_noise, means_of, weight_of_means
 from model.compiled import compiled
 from model.effects.grid import DOWN, TWIST_WINDOW_S, Grid, body_velocity, placed_noise
 from model.effects.signals import SensorSignals
@@ -20,12 +21,12 @@ SWITCH_S = 0.06  # nor is a contact's timing better known than this
 SWITCH_WEIGHT = 0.25
 CONTACT_N = 1.0
 AXES = "xyz"
-CHANNELS_OF_BODY = 12  # its pose and velocities, and the total force on all feet
+CHANNELS_OF_BODY = 15  # its pose, velocities and their means, and the total force on all feet
 SIDE, MIDDLE = float(DOWN[0]), float(DOWN[1])
 
 
 def channels(names: MachineNames) -> tuple[Channel, ...]:
-    """Return the channels of J joints and N legs, J + 7 N + 12, in the order of ``to_channels``.
+    """Return the channels of J joints and N legs, J + 7 N + 15, in the order of ``to_channels``.
 
     The total force on all feet is known better than that on each: feet that stick push against each other,
     otherwise on each day. It is the weight and what pulls at the robot, and its moment about the body's
@@ -47,12 +48,17 @@ def channels(names: MachineNames) -> tuple[Channel, ...]:
         Channel("total_force_z", "", "support", "N"),
         *(Channel(f"total_moment_{a}", "", "support", "N m") for a in AXES[:2]),
         Channel("total_moment_z", "", "friction", "N m"),
+        *(Channel(f"mean_{a}", "", "dynamics", unit, lasting=True) for a, unit in MEANS),
         *(Channel("grip", leg, "friction", "log", lasting=True) for leg in legs),
     )
 
 
 def to_channels(
-    grid: Grid, command_rad: FloatArray, signals: SensorSignals, grip: FloatArray | Windows
+    grid: Grid,
+    command_rad: FloatArray,
+    signals: SensorSignals,
+    windows: Windows,
+    grip: FloatArray | None = None,
 ) -> FloatArray:
     """Put signals on the channels, (F, C). The same for measured and predicted signals.
 
@@ -60,7 +66,8 @@ def to_channels(
         grid: The working grid.
         command_rad: As logged, (W, J).
         signals: W frames of J joints and N legs.
-        grip: Of each foot, (F, N), or the windows in which it is read from the forces.
+        windows: In which what lasts is read once.
+        grip: Of each foot, (F, N); None reads it from the forces.
     """
     pose = np.column_stack([signals.body_m[:, :2], signals.body_rad[:, 2]])
     joints, legs = command_rad.shape[1], signals.force_n.shape[1]
@@ -70,9 +77,9 @@ def to_channels(
         signals.body_rad, body_velocity(grid, pose),
     ))  # fmt: skip
     _lay(shaft, command, foot, force, body, angle, velocity, out)
-    out[:, -legs:] = (
-        grip_of(grip, _forces(out, joints, legs)) if isinstance(grip, Windows) else grip
-    )
+    dynamics = joints + 6 * legs + 3
+    out[:, -legs - 3 : -legs] = means_of(windows, given_rows(out[:, dynamics : dynamics + 3]))
+    out[:, -legs:] = grip_of(windows, _forces(out, joints, legs)) if grip is None else grip
     return out
 
 
@@ -172,11 +179,11 @@ def make_observation(
     grid = inputs.grid
     joints, legs = inputs.command_rad.shape[1], inputs.force_n.shape[1]
     values = to_channels(grid, inputs.command_rad, inputs, windows)
-    noise = np.broadcast_to(
-        _noise(grid, inputs.trial.header.noise, joints, legs, length_m), values.shape
-    )
+    given = inputs.trial.header.noise
+    noise = np.broadcast_to(_noise(grid, given, joints, legs, length_m, windows), values.shape)
     time_s = grid.time_s[::2]
     weight = _weight(grid, inputs.force_n[..., 2], load_n, values.shape)
+    weight[:, -legs - 3 : -legs] *= weight_of_means(windows, len(values))[:, None]
     weight[:, -legs:] *= weight_of_frames(windows, len(values))[:, None]
     return Observation(
         time_s=readonly(time_s.copy()),
@@ -195,7 +202,9 @@ def _reach(inputs: LeggedInputs, length_m: float) -> tuple[float, float]:
     return (float(x.min()) - length_m, float(x.max()) + length_m)
 
 
-def _noise(grid: Grid, given: TrialNoise, joints: int, legs: int, length_m: float) -> FloatArray:
+def _noise(
+    grid: Grid, given: TrialNoise, joints: int, legs: int, length_m: float, windows: Windows
+) -> FloatArray:
     def sigma(name: str) -> float:
         value: float = getattr(given, name)
         return value if np.isfinite(value) and value > 0 else float(getattr(ASSUMED, name))
@@ -204,6 +213,7 @@ def _noise(grid: Grid, given: TrialNoise, joints: int, legs: int, length_m: floa
     # the slope's noise before samples are averaged to the grid, so a bound from above
     slope = grid.slope_noise(TWIST_WINDOW_S)
     fine = np.sqrt(max(grid.period_s / grid.source_period_s, 1.0))
+    window_s = (grid.time_s[-1] - grid.time_s[0]) / windows.number
     return np.concatenate([
         np.full(joints, mean * sigma("shaft_rad")),
         np.full(3 * legs, mean * sigma("foot_position_m")),
@@ -215,6 +225,7 @@ def _noise(grid: Grid, given: TrialNoise, joints: int, legs: int, length_m: floa
         [slope / fine * sigma("body_angle_rad")],
         np.full(3, np.sqrt(legs) * mean * sigma("force_n")),
         np.full(3, np.sqrt(legs) * mean * sigma("force_n") * 0.5 * length_m),
+        mean_noise(sigma("body_position_m"), sigma("body_angle_rad"), window_s),
         np.full(legs, NOISE),
     ])  # fmt: skip
 
@@ -234,8 +245,8 @@ def _weight(
             near[max(0, at + 1 - reach) : at + 1 + reach] = True
     weight = np.ones(shape)
     switching = near[::2]
-    # shafts and free feet know nothing of it
-    weight[switching, before_loads:-legs] = SWITCH_WEIGHT
+    # shafts, free feet and what lasts know nothing of it
+    weight[switching, before_loads : -legs - 3] = SWITCH_WEIGHT
     time_s = grid.time_s[::2]
     weight[(time_s < EDGE_S) | (time_s > grid.time_s[-1] - EDGE_S)] = 0.0
     return weight

@@ -74,7 +74,7 @@ class LeggedSimulator:
             windows, grid = self.windows(inputs), inputs.grid
             given = given_grip(windows, grid, read.truth, read.sliding, settings)
         predicted: FloatArray = readonly(
-            to_channels(inputs.grid, inputs.command_rad, read.signals, given)
+            to_channels(inputs.grid, inputs.command_rad, read.signals, windows, given)
         )
         return predicted
 

@@ -39,12 +39,17 @@ def said(trial: Trial) -> dict[str, tuple[bool, str]]:
     return {one.question: (one.answered, one.words) for one in abilities(trial)}
 
 
+NOT_EXCITED = {"ground_step", "friction_patch", "servo_speed_limit"}  # by 8 s of walking
+
+
 def test_with_everything_measured_everything_can_be_asked(whole: Trial) -> None:
     answers = said(whole)
     assert {question: answered for question, (answered, _) in answers.items()} == {
         "odometry": True, "ground truth": True, "forces": True, "diagnosis": True,
     }  # fmt: skip
-    assert answers["diagnosis"][1].endswith("visible, in shafts, feet (markers), forces, body")
+    words, hidden = answers["diagnosis"][1].split("; ")
+    assert words.endswith("visible, in shafts, feet (markers), forces, body")
+    assert set(hidden.removeprefix("not visible: ").split(", ")) <= NOT_EXCITED
 
 
 def test_each_no_names_what_is_missing(whole: Trial) -> None:
@@ -56,9 +61,15 @@ def test_each_no_names_what_is_missing(whole: Trial) -> None:
     assert "without an attitude" in said(without(whole, "body_angles_rad"))["ground truth"][1]
     nameless = replace(whole, header=replace(whole.header, robot_text="", robot_file=""))
     assert "no robot file; add robot" in said(nameless)["diagnosis"][1]
-    assert said(without(whole, "force_n"))["diagnosis"][1].endswith("; not measured: forces")
+    words = said(without(whole, "force_n"))["diagnosis"][1]
+    assert "; not measured: forces; not visible: " in words
+    assert "foot_friction" in words
+    assert words.endswith(" more"), "of many the first few are named"
     # a moment takes forces and feet: without feet only these are missing
-    assert said(without(whole, "foot_m"))["diagnosis"][1].endswith("; not measured: feet (markers)")
+    assert (
+        said(without(whole, "foot_m"))["diagnosis"][1].split("; ")[1]
+        == "not measured: feet (markers)"
+    )
 
 
 def test_fewer_effects_are_visible_with_fewer_sensors_and_never_one_more(whole: Trial) -> None:
@@ -162,9 +173,7 @@ def test_the_leg_of_a_force_is_no_joint_of_an_mjcf(
     (diagnosis,) = json.loads(capsys.readouterr().out)["can_be_asked"]
     assert diagnosis["answered"], diagnosis["words"]
     assert "effects visible, in shafts" in diagnosis["words"]
-    assert diagnosis["words"].endswith(
-        "not compared, as the simulator does not predict them: forces"
-    )
+    assert "not compared, as the simulator does not predict them: forces;" in diagnosis["words"]
 
 
 def test_torque_that_was_logged_is_compared_with_a_model_s() -> None:
@@ -176,9 +185,9 @@ def test_torque_that_was_logged_is_compared_with_a_model_s() -> None:
             TableColumn(f"command_{one}_rad", run.command_rad[:, at]),
             TableColumn(f"shaft_{one}_rad", run.shaft_rad[:, at]),
         ]
-    for more, words in ([], "in shafts"), (torque, "in shafts, torque"):
+    for more, words in ([], ", in shafts; not vis"), (torque, "in shafts, torque; not vis"):
         (diagnosis,) = abilities(build_trial(run.header, (*columns, *more)))
-        assert diagnosis.words.endswith(words), diagnosis.words
+        assert words in diagnosis.words, diagnosis.words
 
 
 # What runs cannot show, said before they are judged.
@@ -195,7 +204,7 @@ def test_with_every_sensor_only_what_does_nothing_hides(whole: Trial) -> None:
     assert spots.missing == ()
     # an edge in the ground that 8 s of walking never reach, a speed that 0.1 Hz does not ask for
     hidden = {one.effect for one in spots.effects}
-    assert hidden <= {"ground_step", "friction_patch", "servo_speed_limit"}
+    assert hidden <= NOT_EXCITED
     assert blind_lines(spots) == []
     assert set(blind_json(spots)["not_excited"]) == hidden  # type: ignore[call-overload]
 
@@ -222,7 +231,17 @@ def test_without_markers_no_force_sensor_is_said_to_be_missing(whole: Trial) -> 
     """The moment of forces needs both; only what is missing is named."""
     spots = blind_spots(run_simulator(whole), [without(whole, "foot_m")])
     assert {"foot_x", "total_moment_x"} <= set(spots.missing)
-    assert sensors_of(spots.missing) == ("foot markers",)
+    assert sensors_of(spots.missing, spots.missing) == ("foot markers",)
+
+
+def test_vertical_forces_alone_are_no_missing_sensors(whole: Trial) -> None:
+    """Only the other axes are missing, and that is what is said."""
+    force = whole.force_n.copy()
+    force[..., :2] = np.nan
+    trial = replace(whole, force_n=force)
+    assert said(trial)["forces"] == (True, f"of {', '.join(whole.legs)}, without x and y")
+    (line, *_) = blind_lines(blind_spots(run_simulator(whole), [trial]))
+    assert line.startswith("not measured: horizontal foot forces; these runs")
 
 
 def test_joints_alone_show_what_moves_shafts_and_nothing_else(whole: Trial) -> None:
