@@ -24,6 +24,7 @@ from gap.diagnosis.probability import HALF, clear_of_nothing
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import families_of, size_of
+from gap.search.options import CAUSE_LEVEL
 from gap.search.replacement import fitted_for, in_its_place, left_out
 from gap.search.standard_errors import standard_errors
 from gap.search.steps import Selection
@@ -105,12 +106,16 @@ def _worst(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | 
     Where there are others, one is in doubt as soon as it adds next to nothing to them: a large cause that
     is not exactly of the effect's form leaves a residual, in which chance finds others.
     """
-    doubted = {i for i, worse in enumerate(far.worse) if worse} | adds_little(far)
+    idle = adds_little(far)
+    doubted = {i for i, worse in enumerate(far.worse) if worse} | idle
     # of what surely vibrates predictions show the mean alone, which may add next to nothing
     judged = {i for i in doubted if far.worse[i] or not selection.steps[i].chosen.added.vibrates}
     order = sorted(judged, key=lambda i: (far.last[i], i))
+    # beside others a cause is new at a higher level, which is too high for one that adds nothing to them
+    unsure = {i for i in idle if selection.steps[i].p >= CAUSE_LEVEL}
+    causes = selection.fitted.causes
     return next(
-        (i for i in order if not helps_its_stage(comparison, selection.fitted.causes, i)), None
+        (i for i in order if i in unsure or not helps_its_stage(comparison, causes, i)), None
     )
 
 

@@ -102,6 +102,20 @@ def test_with_references_what_adds_nothing_stays_only_if_it_clearly_helps_its_st
     assert [one.effect for one in left.fitted.causes] == ["stiffness"]
 
 
+@pytest.mark.parametrize(("p", "stays"), [(0.01, True), (0.1, False)])
+def test_with_references_what_adds_nothing_must_be_as_new_as_a_first_cause(
+    p: float, stays: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Behind a first cause the level is higher, and one in five healthy sets shows something there."""
+    both = [Cause("stiffness", ("c",), (0.8,)), Cause("bias", ("a",), (0.3,))]
+    comparison = compare(make_study(toy_case(both, 3), Toy(), toy_references(3)), lambda _: None)
+    selection = selected(comparison, both)
+    steps = tuple(replace(one, p=own) for one, own in zip(selection.steps, (0.0, p), strict=True))
+    monkeypatch.setattr(drop_module, "how_far", all_idle)
+    left, _ = drop_worse(comparison, replace(selection, steps=steps), 0)
+    assert ("bias" in {one.effect for one in left.fitted.causes}) is stays
+
+
 @pytest.mark.parametrize(("judge", "stays"), [(all_idle, True), (all_worse, False)])
 def test_what_surely_vibrates_may_add_nothing_but_not_make_it_worse(
     judge: Callable[[Evidence, tuple[Cause, ...], int], HowFar], stays: bool,
