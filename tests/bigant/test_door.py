@@ -296,8 +296,8 @@ def test_a_worn_spring_is_named_from_trials_in_memory(tmp_path: Path) -> None:
     shares: list[float] = []
     report = bigant.diagnose(worn, healthy, progress=lambda words, share: shares.append(share))
     assert shares[-1] == 1.0
-    # here all references begin from one stand, and are alike as no days are: what the simulator has a little
-    # wrong about a soft leg is new beside them, and a force sensor of that leg may be named, too
+    # here all references begin from one stand, and are alike as no days are: what the simulator has
+    # a little wrong about a soft leg is new beside them, and a force sensor of that leg may be named, too
     assert report.verdict in ("explained", "ambiguous")
     first, *others = (one.words.split(" (")[0] for one in report.causes)
     assert first == "leg_stiffness at MR"
