@@ -17,7 +17,7 @@ from gap.residuals.parts import RunCondition, TrialPart
 from model.values.arrays import BoolArray, FloatArray, IntArray
 
 WHOLE_CYCLES = 2  # of a run whose cycles are compared with each other
-LOW = 6  # harmonics
+LOW = 6  # harmonics, up to which they share a ratio
 POWERS = np.concatenate([[0.0], np.geomspace(1e-3, 1e4, 24)])  # of a misfit, in units of noise
 SMALLEST = 1e-300
 RATIOS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # repeat variance over misfit variance
@@ -73,7 +73,7 @@ class Floor:
             empty = np.zeros((0, len(self.sigma)))
             return ExpectedMisfit(empty, empty)
         mean, variance = np.empty_like(self.power), np.empty_like(self.power)
-        for lasting in (False, True):
+        for lasting in np.unique(self.lasting).tolist():
             correlation = _correlation(self.conditions, self.conditions, lasting)
             near = _correlation([condition], self.conditions, lasting)[0]
             for ratio in np.unique(self.ratio[:, self.lasting == lasting]).tolist():
@@ -133,14 +133,14 @@ def make_floor(
     sigma = np.fmax(_pooled(rests), noise * np.ones(c))
     conditions = tuple(one.part.condition for one in references)
     frames = np.mean([one.part.frames for one in references])
-    noise = sigma**2 * dependence / frames
-    power, ratio = _spread(channels, coefficients, conditions, noise)
+    by_noise = sigma**2 * dependence / frames
+    power, ratio = _spread(channels, coefficients, conditions, by_noise)
     # a misfit cannot be known better than noise lets it be measured
-    least = np.tile(noise, (len(power), 1))
+    least = np.tile(by_noise, (len(power), 1))
     least[1:, lasting] = 0.0
     power = np.fmax(power, least)
     return Floor(
-        "references", sigma, dependence, conditions, coefficients, power, ratio, lasting, noise
+        "references", sigma, dependence, conditions, coefficients, power, ratio, lasting, by_noise
     )
 
 

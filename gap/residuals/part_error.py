@@ -12,7 +12,8 @@ import numpy as np
 from gap.residuals.parts import TrialPart
 from model.values.arrays import BoolArray, FloatArray
 
-HARMONICS = 12  # what repeats beyond them counts as noise, and a servo that turns round shows ten
+# What repeats beyond them counts as noise; with six, sharp errors of servos that turn round did.
+HARMONICS = 12
 SHORTEST_CYCLES = 1.5  # of a run whose harmonics are measured
 ALL_ALIKE = 8.0  # independent frames that a run has at least, however alike its frames are
 

@@ -1,7 +1,7 @@
 """One more cause: the best candidate that is new, beside what is known of healthy runs."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -221,8 +221,9 @@ class Look:
         if hunting:
             ranked = [gain for gain in ranked if gain not in hunting]
             yield hunting
-        chances = self._newest_of(standing)
+        chances: Mapping[Family, float] = {}
         if standing.causes:
+            chances = self._newest_of(standing)
             ranked = [
                 gain for gain in ranked if chances.get(gain.signature.candidate.family, 0.0) < 1.0
             ]
@@ -237,6 +238,7 @@ class Look:
                 listed = shortlist(ranked, self.search.shortlist, near, least)
             ranked = [gain for gain in ranked if gain not in listed]
             yield listed
+        chances = chances or self._newest_of(standing)
         new = [
             (chance, gain)
             for gain in ranked

@@ -13,10 +13,13 @@ from model.values.arrays import FloatArray
 from record.trial.header import LEGGED
 from record.trial.trial import Trial
 from robot.config.robot_file import parse_robot
+from robot.gap_report.blind import FOOT_MARKERS, FORCE_SENSORS, JOINT_ANGLES, POSE, sensor_of
 from robot.gap_report.trials import simulator_for
+from robot.gap_report.words import few
 
 MOST_NAMES = 8  # of effects that are not visible
 FEET, FORCES = "feet (markers)", "forces"
+KINDS = {JOINT_ANGLES: "shafts", FOOT_MARKERS: FEET, FORCE_SENSORS: FORCES, POSE: "body"}
 NO_ROBOT = 'no robot file; add robot = "FILE.toml" to [trial] in the map or beside the table'
 
 
@@ -112,13 +115,8 @@ def _diagnosis(trial: Trial) -> Ability:
     if kept := ", ".join(_not_compared(trial, coverage)):
         words += f"; kept, but not compared, as the simulator does not predict them: {kept}"
     if coverage.hidden:
-        words += f"; not visible: {_some(coverage.hidden)}"
+        words += f"; not visible: {few(coverage.hidden, MOST_NAMES)}"
     return Ability("diagnosis", True, words)
-
-
-def _some(names: Sequence[str]) -> str:
-    more = len(names) - MOST_NAMES
-    return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 def _not_compared(trial: Trial, coverage: Coverage) -> list[str]:
@@ -139,12 +137,9 @@ def _groups(coverage: Coverage, *, measured: bool) -> str:
 
 
 def _kind(channel: str) -> str:
-    """Words for where a channel is read; totals and grip are read from the forces."""
-    starts = (("shaft", "shafts"), ("foot", FEET), (("force", "total", "grip"), FORCES))
-    for start, kind in starts:
-        if channel.startswith(start):
-            return kind
-    return "body" if channel.startswith(("body", "mean", "roll", "pitch")) else channel
+    """Words for where a channel is read."""
+    sensor = sensor_of(channel)
+    return KINDS.get(sensor, sensor)
 
 
 @lru_cache(maxsize=1)

@@ -5,16 +5,13 @@ from collections.abc import Sequence
 
 from gap.diagnosis.coverage import BlindSpots
 
-KINDS = (
-    ("shaft", "joint angles"),
-    ("foot", "foot markers"),
-    ("force", "force sensors"),
-    ("total_force", "force sensors"),
-    ("grip", "force sensors"),
-    ("body", "the body's pose"),
-    ("mean", "the body's pose"),
-    ("roll", "the body's pose"),
-    ("pitch", "the body's pose"),
+JOINT_ANGLES, FOOT_MARKERS = "joint angles", "foot markers"
+FORCE_SENSORS, POSE = "force sensors", "the body's pose"
+SENSORS = (
+    ("shaft", JOINT_ANGLES),
+    ("foot", FOOT_MARKERS),
+    (("force", "total", "grip"), FORCE_SENSORS),  # totals and grip are read from the forces
+    (("body", "mean", "roll", "pitch"), POSE),
 )
 VERTICAL = "force_z"  # where it alone is measured, what is missing are the other forces
 OF_BOTH = "total_moment"  # of forces at markers: if one of these is missing, it is named itself
@@ -56,10 +53,11 @@ def sensors_of(channels: Sequence[str], missing: Sequence[str]) -> tuple[str, ..
         channels: Names of channels that are missing.
         missing: Names of all that are.
     """
-    kinds = (
-        next((words for start, words in KINDS if name.startswith(start)), name)
-        for name in channels
-        if not name.startswith(OF_BOTH)
-    )
-    forces = "force sensors" if VERTICAL in missing else "horizontal foot forces"
-    return tuple(dict.fromkeys(forces if one == "force sensors" else one for one in kinds))
+    forces = FORCE_SENSORS if VERTICAL in missing else "horizontal foot forces"
+    sensors = (sensor_of(name) for name in channels if not name.startswith(OF_BOTH))
+    return tuple(dict.fromkeys(forces if one == FORCE_SENSORS else one for one in sensors))
+
+
+def sensor_of(channel: str) -> str:
+    """Return the sensor that a channel comes from, or its own name."""
+    return next((words for starts, words in SENSORS if channel.startswith(starts)), channel)

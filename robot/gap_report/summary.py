@@ -231,10 +231,7 @@ def _sizes(d: Diagnosis) -> list[str]:
         lines.append("smallest sizes that would have been detected, what could hide best first:")
         lines += table_lines((Column(""),) * 3, rows, "  ")
     if blind:
-        more = f" and {len(blind) - MOST_SIZES} more" if len(blind) > MOST_SIZES else ""
-        lines.append(
-            f"not detectable at any size that makes sense: {', '.join(blind[:MOST_SIZES])}{more}"
-        )
+        lines.append(f"not detectable at any size that makes sense: {few(blind, MOST_SIZES)}")
     if len(d.detectable) > len(rows) + min(len(blind), MOST_SIZES):
         lines.append("  all sizes are in --html and --json")
     return lines

@@ -4,9 +4,9 @@ import numpy as np
 
 from gap.interfaces import NOWHERE, Channel, Observation
 from gap.machines.legged.gait_phase import gait_cycle
-from gap.machines.legged.grip import NOISE, Windows, grip_of, weight_of_frames
+from gap.machines.legged.grip import GRIP_READINGS, NOISE, Windows, grip_of, weight_of_frames
 from gap.machines.legged.inputs import LeggedInputs
-from gap.machines.legged.mean_motion import MEANS, mean_noise, means_of, weight_of_means
+from gap.machines.legged.mean_motion import MEAN_READINGS, MEANS, mean_noise, means_of
 from model.compiled import compiled
 from model.effects.grid import DOWN, TWIST_WINDOW_S, Grid, body_velocity, placed_noise
 from model.effects.signals import SensorSignals
@@ -78,9 +78,14 @@ def to_channels(
     ))  # fmt: skip
     _lay(shaft, command, foot, force, body, angle, velocity, out)
     dynamics = joints + 6 * legs + 3
-    out[:, -legs - 3 : -legs] = means_of(windows, given_rows(out[:, dynamics : dynamics + 3]))
+    out[:, _mean_columns(legs)] = means_of(windows, given_rows(out[:, dynamics : dynamics + 3]))
     out[:, -legs:] = grip_of(windows, _forces(out, joints, legs)) if grip is None else grip
     return out
+
+
+def _mean_columns(legs: int) -> slice:
+    """Columns of the body's mean velocity: behind them are the grips alone."""
+    return slice(-legs - len(MEANS), -legs)
 
 
 def _forces(values: FloatArray, joints: int, legs: int) -> FloatArray:
@@ -183,8 +188,8 @@ def make_observation(
     noise = np.broadcast_to(_noise(grid, given, joints, legs, length_m, windows), values.shape)
     time_s = grid.time_s[::2]
     weight = _weight(grid, inputs.force_n[..., 2], load_n, values.shape)
-    weight[:, -legs - 3 : -legs] *= weight_of_means(windows, len(values))[:, None]
-    weight[:, -legs:] *= weight_of_frames(windows, len(values))[:, None]
+    weight[:, _mean_columns(legs)] *= weight_of_frames(windows, MEAN_READINGS)
+    weight[:, -legs:] *= weight_of_frames(windows, GRIP_READINGS)
     return Observation(
         time_s=readonly(time_s.copy()),
         cycle=readonly(cycles_of(inputs)[::2].copy()),
@@ -246,7 +251,7 @@ def _weight(
     weight = np.ones(shape)
     switching = near[::2]
     # shafts, free feet and what lasts know nothing of it
-    weight[switching, before_loads : -legs - 3] = SWITCH_WEIGHT
+    weight[switching, before_loads : _mean_columns(legs).start] = SWITCH_WEIGHT
     time_s = grid.time_s[::2]
     weight[(time_s < EDGE_S) | (time_s > grid.time_s[-1] - EDGE_S)] = 0.0
     return weight

@@ -27,7 +27,7 @@ SHORTEST_S = 4.0  # of a window, which is whole cycles of the gait, or this long
 NOISE = 0.05  # a largest share is known no better: a foot may not slip at all in a cycle
 # Readings that each window counts as, about as many as the forces that it is read from. As one, it was
 # outvoted by forces of feet that stick, which no simulator predicts.
-READINGS = 24.0
+GRIP_READINGS = 24.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,9 +117,9 @@ def _always_alike(friction: FloatArray, anisotropy: FloatArray) -> bool:
     return not anisotropy.any() and bool((friction == friction[0]).all())
 
 
-def weight_of_frames(windows: Windows, frames: int) -> FloatArray:
-    """Return the weight of each frame, (F,), with which a window counts as it should."""
-    return np.full(frames, READINGS * windows.number / ALL_ALIKE)
+def weight_of_frames(windows: Windows, readings: float) -> float:
+    """Return the weight of each frame with which each window counts as so many readings."""
+    return readings * windows.number / ALL_ALIKE
 
 
 @compiled

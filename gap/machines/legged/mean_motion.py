@@ -9,11 +9,13 @@ import math
 import numpy as np
 
 from gap.machines.legged.grip import Windows
-from gap.residuals.part_error import ALL_ALIKE
 from model.compiled import compiled
 from model.values.arrays import FloatArray, IntArray
 
 MEANS = (("vx", "m/s"), ("vy", "m/s"), ("wz", "rad/s"))
+# Readings that each window counts as. Days differ in the mean by more than a window does: what counted as
+# 24 outvoted the frames, and made causes that they show look like days (p-values grew up to twenty times).
+MEAN_READINGS = 1.0
 
 
 def means_of(windows: Windows, velocity_B: FloatArray) -> FloatArray:  # noqa: N803 - frame suffix
@@ -44,12 +46,3 @@ def _means(starts: IntArray, values: FloatArray, out: FloatArray) -> None:
 def mean_noise(position_m: float, angle_rad: float, window_s: float) -> FloatArray:
     """Return the noise of the three means, from that of the places where a window begins and ends."""
     return math.sqrt(2.0) / window_s * np.array([position_m, position_m, angle_rad])
-
-
-def weight_of_means(windows: Windows, frames: int) -> FloatArray:
-    """Return the weight of each frame, (F,), with which each window counts as one reading.
-
-    Days differ in the mean by more than a window does: what counted as more readings outvoted the frames,
-    and made causes that they show look like days (p-values grew five to twenty times).
-    """
-    return np.full(frames, windows.number / ALL_ALIKE)
