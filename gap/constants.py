@@ -305,6 +305,11 @@ FEW_RATIO = Constant(
     "repeat variance over misfit variance where fewer than three references tell it",
     DEVELOPMENT,
 )
+TRAPPED_RATIO = Constant(
+    1.0,
+    "repeat variance over misfit variance, at least, of forces that sticking feet hold against each other",
+    DEVELOPMENT,
+)
 SAME_FREQUENCY = Constant(
     0.08,
     "change of frequency (natural log) up to which two runs are repeats of one command",

@@ -51,6 +51,8 @@ class Channel:
         unit: Of its values.
         lasting: Whether it is no signal, but something that lasts, read once in each window of a run: what
             a simulator has wrong of it is alike at all frequencies of a gait.
+        trapped: Whether what it shows at a phase depends on what was before, as forces that feet which
+            stick hold against each other: healthy runs may agree on it, and a changed machine has another.
     """
 
     name: str
@@ -58,6 +60,7 @@ class Channel:
     stage: str
     unit: str
     lasting: bool = False
+    trapped: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,7 +14,13 @@ from gap.constants import ASSUMED_MISFIT, MOST_INFLATION
 from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.at_once import meanwhile
 from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
-from gap.residuals.floor import ENOUGH_REFERENCES, Floor, make_floor, without_drift
+from gap.residuals.floor import (
+    ENOUGH_REFERENCES,
+    Floor,
+    make_floor,
+    with_starting,
+    without_drift,
+)
 from gap.residuals.healthy import Healthy, farthest, healthy_runs, nearest
 from gap.residuals.hold_out import HoldOut
 from gap.residuals.hunting import Hunting, hunting_of, without_hunting
@@ -181,7 +187,8 @@ class Study:
     def _measure(self, drive: Drive) -> tuple[Floor, tuple[Healthy, ...]]:
         """Where references predict each other worse than the floor has it, it is raised."""
         channels = self.simulator.channels
-        known, own = self._left(self.references, drive), self._left(self.fitted, drive)
+        known = with_starting(channels, self._left(self.references, drive))
+        own = self._left(self.fitted, drive)
         floor = make_floor(channels, known, own)
         conditions = [part.condition for part in self.fitted]
         healthy = healthy_runs(channels, known, conditions, self.fitted_share)

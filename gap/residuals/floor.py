@@ -10,12 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.constants import FEW_RATIO, GAIT_CORRELATION, LOG_FREQUENCY
+from gap.constants import FEW_RATIO, GAIT_CORRELATION, LOG_FREQUENCY, TRAPPED_RATIO
 from gap.interfaces import Channel
-from gap.residuals.part_error import HARMONICS, PartError, most_dependent, phase_basis, rms
+from gap.residuals.part_error import PartError, most_dependent, phase_basis, rms
 from gap.residuals.parts import RunCondition, TrialPart
+from gap.residuals.starting import Starting, starting_noise
 from model.values.arrays import BoolArray, FloatArray, IntArray
 
+STARTING_TURNS = 2  # the noise of a start is in what seems to repeat, until it is known
 WHOLE_CYCLES = 2  # of a run whose cycles are compared with each other
 LOW = 6  # harmonics, up to which they share a ratio
 POWERS = np.concatenate([[0.0], np.geomspace(1e-3, 1e4, 24)])  # of a misfit, in units of noise
@@ -46,6 +48,7 @@ class Floor:
         ratio: Repeat variance over ``power``, (K, C).
         lasting: Channels whose misfits are alike at all frequencies of a gait, (C,).
         noise: Variance of a coefficient by noise, (C,).
+        starting: How much noisier machines are as they start; None is not at all.
     """
 
     source: str
@@ -57,6 +60,7 @@ class Floor:
     ratio: FloatArray
     lasting: BoolArray
     noise: FloatArray
+    starting: Starting | None = None
 
     @property
     def compared(self) -> BoolArray:
@@ -140,8 +144,22 @@ def make_floor(
     least[1:, lasting] = 0.0
     power = np.fmax(power, least)
     return Floor(
-        "references", sigma, dependence, conditions, coefficients, power, ratio, lasting, by_noise
-    )
+        "references", sigma, dependence, conditions, coefficients, power, ratio, lasting, by_noise,
+        references[0].starting,
+    )  # fmt: skip
+
+
+def with_starting(channels: Sequence[Channel], references: Sequence[PartError]) -> list[PartError]:
+    """Return references with how much noisier they are as they start."""
+    known = list(references)
+    width = min((one.measurable for one in known), default=0)
+    if width <= 1:  # what repeats is not told from the rest
+        return known
+    parts = [one.part for one in known]
+    for _ in range(STARTING_TURNS):
+        starting = starting_noise(channels, parts, [one.repeating(width).left for one in known])
+        known = [PartError(one.part, one.error, starting) for one in known]
+    return known
 
 
 def _spread(
@@ -157,12 +175,13 @@ def _spread(
     names = [channel.name for channel in channels]
     power, ratio = np.zeros((harmonics, c)), np.full((harmonics, c), RATIOS[-1])
     unit = np.sqrt(np.fmax(noise, SMALLEST))
-    kinds = {channel.name: channel.lasting for channel in channels}
-    ratios = RATIOS if len(conditions) >= ENOUGH_REFERENCES else (float(FEW_RATIO),)
-    for name, lasting in kinds.items():
-        own = np.flatnonzero([one == name for one in names])
-        correlation = _correlation(conditions, conditions, lasting)
-        for band in _bands(1 if lasting else harmonics):
+    enough = len(conditions) >= ENOUGH_REFERENCES
+    for channel in {one.name: one for one in channels}.values():
+        own = np.flatnonzero([one == channel.name for one in names])
+        correlation = _correlation(conditions, conditions, channel.lasting)
+        least = TRAPPED_RATIO if channel.trapped else 0.0
+        ratios = [one for one in RATIOS if one >= least] if enough else [max(FEW_RATIO, least)]
+        for band in _bands(1 if channel.lasting else harmonics):
             on = np.ix_(band, own)
             seen = coefficients[:, on[0], on[1]] / unit[own]
             tried = [_likeliest(seen, correlation + one * np.eye(len(seen))) for one in ratios]
@@ -174,7 +193,7 @@ def _spread(
 def _bands(columns: int) -> list[IntArray]:
     """Columns of ``phase_basis`` that share a ratio: its low harmonics, and its high ones."""
     every = np.arange(columns)
-    number = np.where(every > HARMONICS, every - HARMONICS, every)  # cosines, then sines
+    number = (every + 1) // 2  # of the harmonic
     return [band for band in (every[number <= LOW], every[number > LOW]) if len(band)]
 
 

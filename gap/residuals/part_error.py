@@ -10,10 +10,13 @@ from functools import cached_property
 import numpy as np
 
 from gap.residuals.parts import TrialPart
+from gap.residuals.starting import Starting
 from model.values.arrays import BoolArray, FloatArray
 
-# What repeats beyond them counts as noise; with six, sharp errors of servos that turn round did.
-HARMONICS = 12
+# What repeats beyond them counts as noise. With six, and in part with twelve, the sharp errors of servos
+# that turn round or hurry did, and hid whether commands come late or a loop is slow.
+HARMONICS = 36
+FRAMES_A_PERIOD = 3.0  # of the highest harmonic, or fewer harmonics are told apart
 SHORTEST_CYCLES = 1.5  # of a run whose harmonics are measured
 ALL_ALIKE = 8.0  # independent frames that a run has at least, however alike its frames are
 
@@ -24,21 +27,27 @@ class Repeating:
 
     Attributes:
         coefficients: Of the K columns of the basis, (K, C).
-        rest: Root mean square of what they leave, (C,).
+        left: What they leave, (F, C); NaN where unused.
+        rest: Its root mean square, less where the machine starts, (C,).
         dependence: Its integrated autocorrelation time in frames, (C,).
     """
 
     coefficients: FloatArray
+    left: FloatArray
     rest: FloatArray
     dependence: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class PartError:
-    """Measured minus predicted of a part of a run, (F, C); NaN where unused."""
+    """Measured minus predicted of a part of a run, (F, C); NaN where unused.
+
+    ``starting`` is how much noisier it is at the beginning; None is not at all.
+    """
 
     part: TrialPart
     error: FloatArray
+    starting: Starting | None = None
     _by_width: dict[int, Repeating] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -56,34 +65,44 @@ class PartError:
     def repeating(self, width: int) -> Repeating:
         """Return what repeats with the phase, by so many columns of ``phase_basis``."""
         if width not in self._by_width:
-            repeated, coefficients = _locked(self.part, self.error, width)
-            rest = self.error - repeated
-            self._by_width[width] = Repeating(coefficients, rms(rest), _dependence(rest))
+            noisier = np.ones((1, 1)) if self.starting is None else self.starting.at(self.part)
+            repeated, coefficients = _locked(self.part, self.error, width, 1.0 / noisier**2)
+            left = self.error - repeated
+            rest = left / noisier
+            self._by_width[width] = Repeating(coefficients, left, rms(rest), _dependence(rest))
         return self._by_width[width]
 
 
 def phase_basis(part: TrialPart) -> FloatArray:
-    """Return constant and harmonics of the phase, (F, K), each of mean square 1 over whole cycles."""
+    """Return constant and harmonics of the phase, (F, K), each of mean square 1 over whole cycles.
+
+    They are 1, and cosine and sine of each harmonic in turn; as many as the frames can tell apart.
+    """
     cycle = part.observation.cycle
     one = np.ones((part.frames, 1))
     if not np.isfinite(cycle).all():
         return one
-    angle = 2 * np.pi * cycle[:, None] * np.arange(1, HARMONICS + 1)
-    every = np.hstack([one, np.sqrt(2) * np.cos(angle), np.sqrt(2) * np.sin(angle)])
-    return every[:, : part.frames]
+    turned = abs(cycle[-1] - cycle[0])
+    most = HARMONICS if turned == 0.0 else int((part.frames - 1) / turned / FRAMES_A_PERIOD)
+    angle = 2 * np.pi * cycle[:, None] * np.arange(1, min(HARMONICS, most) + 1)
+    waves = np.stack([np.cos(angle), np.sin(angle)], axis=2).reshape(part.frames, -1)
+    return np.hstack([one, np.sqrt(2) * waves])[:, : part.frames]
 
 
-def _locked(part: TrialPart, error: FloatArray, width: int) -> tuple[FloatArray, FloatArray]:
+def _locked(
+    part: TrialPart, error: FloatArray, width: int, weight: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Least squares on the phase's harmonics: the fitted part (F, C) and its coefficients (K, C)."""
     basis = phase_basis(part)[:, :width]
     coefficients = np.zeros((basis.shape[1], error.shape[1]))
-    known = np.isfinite(error)
+    known, counted = np.isfinite(error), np.broadcast_to(weight, error.shape)
     for c in range(error.shape[1]):
         on = known[:, c]
         if on.sum() > 2 * basis.shape[1]:
             rows = basis[on]
-            gram = rows.T @ rows + 1e-3 * on.sum() * np.eye(basis.shape[1])
-            coefficients[:, c] = np.linalg.solve(gram, rows.T @ error[on, c])
+            weighed = rows * counted[on, c, None]
+            gram = weighed.T @ rows + 1e-3 * on.sum() * np.eye(basis.shape[1])
+            coefficients[:, c] = np.linalg.solve(gram, weighed.T @ error[on, c])
     return basis @ coefficients, coefficients
 
 

@@ -29,7 +29,7 @@ class Whitener:
         basis: Orthonormal directions, (F, K).
         shrink: What is subtracted along them, 0 to 1, (K, C).
         count: Frames that count as independent, of each frame, (F, C).
-        unsure: Standard deviation of a frame in the channel's unit, misfit and noise together, (C,).
+        unsure: Standard deviation of all frames in the channel's unit, misfit and noise together, (C,).
     """
 
     expected: FloatArray
@@ -81,13 +81,14 @@ def make_whitener(part: TrialPart, floor: Floor, base: FloatArray) -> Whitener:
     on = used(part.observation) & np.isfinite(base) & floor.compared
     weight = np.where(on, part.observation.weight, 0.0)
     sigma = np.fmax(floor.sigma, SMALLEST)
-    gain = np.sqrt(weight) / (sigma * np.sqrt(floor.dependence))
+    noisier = np.ones((1, 1)) if floor.starting is None else floor.starting.at(part)
+    gain = np.sqrt(weight) / (sigma * np.sqrt(floor.dependence) * noisier)
     misfit = floor.expect(part.condition)
     basis = phase_basis(part)[:, : len(misfit.mean)]
     if len(misfit.mean) > basis.shape[1]:  # a trial without phase: only what is constant is known
         misfit = ExpectedMisfit(misfit.mean[: basis.shape[1]], misfit.variance[: basis.shape[1]])
     across, shrink = _directions(basis, misfit.variance, sigma**2 * floor.dependence)
-    variance = sigma**2 + misfit.variance.sum(axis=0)
+    variance = sigma**2 * (noisier**2).mean(axis=0) + misfit.variance.sum(axis=0)
     return Whitener(
         expected=basis @ misfit.mean if len(misfit.mean) else np.zeros(base.shape),
         gain=gain,

@@ -29,6 +29,7 @@ class Fitted:
         slopes: Change of the prediction for one spread of each of P parameters, (P, F, C).
         away: Distance from neutral in spreads, (P,).
         nats: Score and prior together.
+        stuck: Whether the descent ended because no shorter step was better, or still gained at its last.
     """
 
     causes: tuple[Cause, ...]
@@ -36,6 +37,7 @@ class Fitted:
     slopes: FloatArray
     away: FloatArray
     nats: float
+    stuck: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +109,7 @@ def fit_causes(
     nats, damping = nats_of(residual, away), rules.damping
     borrowed = _borrowed(near, causes, free, misfit.effects)
     slopes = slopes_of(misfit, causes, free, residual, rules.difference, borrowed)
+    stuck = True
     for _ in range(rounds if free else 0):
         weighted = slopes * misfit.weights(residual)
         gram = np.einsum("pfc,qfc->pq", weighted, slopes) + np.eye(len(free))
@@ -128,11 +131,12 @@ def fit_causes(
             last = nats - reached < rules.enough_nats + rules.enough_share * abs(reached)
             causes, residual, away, nats, damping = trial, there, far, reached, damping / 10
         if last and not borrowed:
+            stuck = not better
             break
         if not better:
             damping = rules.damping  # its own slopes may lead farther
         slopes, borrowed = slopes_of(misfit, causes, free, residual, rules.difference), {}
-    return Fitted(causes, residual, slopes, away, nats)
+    return Fitted(causes, residual, slopes, away, nats, stuck and len(free) > 0)
 
 
 def _borrowed(

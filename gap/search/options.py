@@ -1,7 +1,7 @@
 """One more cause: which candidates are worth a fit, how they fit, and whether that is anything new."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -186,6 +186,7 @@ def fit_option(
         again = fit_causes(evidence, freed)
         fitted = again if again.nats < fitted.nats else fitted
     fitted = _for_most(evidence, fitted, rounds)
+    fitted = _farther_along(evidence, added, fitted, rounds)
     fitted = _placed(evidence, fitted, rounds)
     unseen = unseen_score(evidence, fitted)
     over = advantage(unseen, standing, evidence.block_part)
@@ -206,6 +207,31 @@ def _for_most(evidence: Evidence, fitted: Fitted, rounds: int) -> Fitted:
     if left > MUCH_LESS * energy:
         return fitted
     again = fit_causes(evidence, moved(fitted.causes, free, step), rounds)
+    return again if again.nats < fitted.nats else fitted
+
+
+def _farther_along(evidence: Evidence, added: Candidate, fitted: Fitted, rounds: int) -> Fitted:
+    """Begin again farther from neutral where a descent got stuck, and keep the better fit.
+
+    Feet begin and cease to slip one by one, so that each step of a descent may be a small part of the way.
+    """
+    if not fitted.stuck or rounds < ROUNDS:  # few rounds are no descent to the end
+        return fitted
+    at = [(c.effect, c.joints) for c in fitted.causes].index(added.key)
+    own = fitted.causes[at]
+    farther = (
+        replace(own, values=values)
+        for values in _larger(added.effect.parameters, own.values)
+        if values != own.values
+    )
+    sets = [(*fitted.causes[:at], one, *fitted.causes[at + 1 :]) for one in farther]
+    if not sets:
+        return fitted
+    scores = evidence.nats(sets)
+    best = min(range(len(sets)), key=scores.__getitem__)
+    if scores[best] >= float(evidence.score(fitted.residual).sum()):
+        return fitted
+    again = fit_causes(evidence, sets[best], rounds)
     return again if again.nats < fitted.nats else fitted
 
 
@@ -259,16 +285,21 @@ def as_they_act(evidence: Evidence, standing: Fitted, candidates: Sequence[Gain]
 
 def _walk(gain: Gain) -> list[tuple[float, ...]]:
     """The values that the first order asks for, and larger ones that are within bounds."""
-    parameters = gain.signature.candidate.effect.parameters
-    walk = [gain.values]
+    larger = _larger(gain.signature.candidate.effect.parameters, gain.values)
+    return list(dict.fromkeys([gain.values, *larger]))
+
+
+def _larger(
+    parameters: Sequence[Parameter], values: tuple[float, ...]
+) -> Iterator[tuple[float, ...]]:
+    """Values that are farther from neutral and within bounds."""
     for times in WALK:
-        values = tuple(
+        farther = tuple(
             value if p.located else _farther(p, value, times)
-            for p, value in zip(parameters, gain.values, strict=True)
+            for p, value in zip(parameters, values, strict=True)
         )
-        if all(p.lower <= one <= p.upper for p, one in zip(parameters, values, strict=True)):
-            walk.append(values)
-    return list(dict.fromkeys(walk))
+        if all(p.lower <= one <= p.upper for p, one in zip(parameters, farther, strict=True)):
+            yield farther
 
 
 def _farther(p: Parameter, value: float, times: float) -> float:

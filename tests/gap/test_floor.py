@@ -1,13 +1,18 @@
 """What is expected without a new cause, where no reference shows it."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from gap.residuals.floor import make_floor, without_drift
-from gap.residuals.part_error import PartError
+from gap.residuals.floor import make_floor, with_starting, without_drift
+from gap.residuals.part_error import PartError, phase_basis
 from gap.residuals.parts import TrialPart, whole_parts
+from gap.residuals.whitening import make_whitener
+from model.values.arrays import FloatArray
 from tests.gap.toy import CHANNELS, Toy, toy_trial
 
 
@@ -107,5 +112,47 @@ def test_misfit_scatter_and_noise_are_told_apart() -> None:
     assert np.sqrt(apart.variance[1].mean()) == pytest.approx(0.5, rel=0.6)
     # what is noise is expected to be next to nothing, and no more uncertain than noise
     for high in (alike, apart):
-        assert np.abs(high.mean[8]).max() < 0.02
-        assert np.sqrt(high.variance[8]).max() < 0.03
+        assert np.abs(high.mean[15]).max() < 0.02, "the cosine of harmonic 8"
+        assert np.sqrt(high.variance[15]).max() < 0.03
+
+
+def test_a_machine_that_starts_is_noisier_for_a_moment_and_not_for_the_whole_run() -> None:
+    """Shafts leave five times their noise in the first half second: it is known there, and only there."""
+    rng = np.random.default_rng(12)
+    part = replace(part_of(6.0), gait="a", frequency_hz=0.1)
+    since_s = part.observation.time_s - part.observation.time_s[0]
+    starts = (since_s < 0.5)[:, None] & np.array([one.name == "angle" for one in CHANNELS])
+    noise = np.where(starts, 5.0, 1.0)
+    runs = [PartError(part, noise * rng.normal(size=noise.shape)) for _ in range(4)]
+
+    def sigma(known: Sequence[PartError]) -> FloatArray:
+        return make_floor(CHANNELS, known, ()).sigma
+
+    known = with_starting(CHANNELS, runs)
+    assert known[0].starting is not None
+    np.testing.assert_allclose(known[0].starting.at(part), noise, rtol=0.3)
+    assert (sigma(runs)[:3] > 1.1).all()
+    np.testing.assert_allclose(sigma(known), 1.0, rtol=0.1)
+    floor = make_floor(CHANNELS, known, ())
+    whitener = make_whitener(part, floor, np.zeros(noise.shape))
+    np.testing.assert_allclose(whitener.gain[0] / whitener.gain[-1], 1 / noise[0], rtol=0.3)
+    later = replace(part, first=100, last=100 + part.frames)
+    assert (make_whitener(later, floor, np.zeros(noise.shape)).gain == whitener.gain[-1]).all()
+
+
+@given(st.integers(8, 400), st.floats(0.3, 40.0), st.floats(0.0, 1.0))
+def test_harmonics_are_as_many_as_the_frames_tell_apart(
+    frames: int, turned: float, begin: float
+) -> None:
+    """Of a run of two cycles or more: else those of a fast gait would explain each other's errors."""
+    part = part_of(3.0)
+    o, cycle = part.observation, np.linspace(begin, begin + turned, frames)
+    rows = np.zeros(frames, dtype=np.int64)
+    cut = replace(
+        o, time_s=o.time_s[rows], cycle=cycle, values=o.values[rows], noise=o.noise[rows],
+        weight=o.weight[rows],
+    )  # fmt: skip
+    basis = phase_basis(replace(part, first=0, last=frames, observation=cut))
+    assert 1 <= basis.shape[1] <= min(frames, 73)
+    if turned >= 2.0:
+        assert np.linalg.cond(basis) < 3.0

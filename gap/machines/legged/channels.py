@@ -40,7 +40,11 @@ def channels(names: MachineNames) -> tuple[Channel, ...]:
         Channel("body_z", "", "support", "m"),
         Channel("roll", "", "support", "rad"),
         Channel("pitch", "", "support", "rad"),
-        *(Channel(f"force_{a}", leg, "friction", "N") for leg in legs for a in AXES[:2]),
+        *(
+            Channel(f"force_{a}", leg, "friction", "N", trapped=True)
+            for leg in legs
+            for a in AXES[:2]
+        ),
         Channel("body_vx", "", "dynamics", "m/s"),
         Channel("body_vy", "", "dynamics", "m/s"),
         Channel("body_wz", "", "dynamics", "rad/s"),
