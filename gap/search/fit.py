@@ -29,7 +29,7 @@ class Fitted:
         slopes: Change of the prediction for one spread of each of P parameters, (P, F, C).
         away: Distance from neutral in spreads, (P,).
         nats: Score and prior together.
-        stuck: Whether the descent ended because no shorter step was better, or still gained at its last.
+        stuck: Whether the descent ended with shortened steps, or still gained at its last.
     """
 
     causes: tuple[Cause, ...]
@@ -114,7 +114,7 @@ def fit_causes(
         weighted = slopes * misfit.weights(residual)
         gram = np.einsum("pfc,qfc->pq", weighted, slopes) + np.eye(len(free))
         pull = np.einsum("pfc,fc->p", weighted, residual) - rules.prior * away
-        better = False
+        better, shortened = False, False
         for share in rules.shares:
             step = share * np.linalg.solve(gram + damping * np.diag(np.diag(gram)), pull)
             trial = moved(causes, free, step)
@@ -125,13 +125,13 @@ def fit_causes(
             better = reached < rules.worth * nats
             if better:
                 break
-            damping = max(damping * 30, rules.least_damping)
+            damping, shortened = max(damping * 30, rules.least_damping), True
         last = True
         if better:
             last = nats - reached < rules.enough_nats + rules.enough_share * abs(reached)
             causes, residual, away, nats, damping = trial, there, far, reached, damping / 10
         if last and not borrowed:
-            stuck = not better
+            stuck = shortened
             break
         if not better:
             damping = rules.damping  # its own slopes may lead farther
