@@ -116,6 +116,23 @@ def test_misfit_scatter_and_noise_are_told_apart() -> None:
         assert np.sqrt(high.variance[15]).max() < 0.03
 
 
+def test_forces_that_feet_trap_are_not_known_however_well_healthy_runs_agree() -> None:
+    """A machine that has changed holds others, by as much as the simulator has wrong of them."""
+    rng = np.random.default_rng(13)
+    part = replace(part_of(6.0), gait="a", frequency_hz=0.1)
+    phase = 2 * np.pi * part.observation.cycle[:, None]
+    count = len(CHANNELS)
+    noise = [rng.normal(0.0, 0.05, (part.frames, count)) for _ in range(4)]
+    agreeing = [PartError(part, 0.5 * np.sqrt(2) * np.cos(phase) + one) for one in noise]
+    channels = tuple(replace(one, trapped=one.name == "force") for one in CHANNELS)
+    expected = make_floor(channels, agreeing, ()).expect(part.condition)
+    trapped = np.array([one.trapped for one in channels])
+    sd = np.sqrt(expected.variance[1])
+    assert sd[~trapped].max() < 0.1
+    assert sd[trapped].min() > 0.25
+    np.testing.assert_allclose(expected.mean[1], 0.5, rtol=0.3)
+
+
 def test_a_machine_that_starts_is_noisier_for_a_moment_and_not_for_the_whole_run() -> None:
     """Shafts leave five times their noise in the first half second: it is known there, and only there."""
     rng = np.random.default_rng(12)
