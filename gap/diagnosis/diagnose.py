@@ -242,7 +242,9 @@ def _fit(comparison: GapEvidence, selection: Selection, far: HowFar) -> Fit:
         p_after=chance_of_energies(evidence, unseen, runs, joints_alike=False).p if runs else 0.0,
         nats_after=max(0.0, nats_beyond(evidence, unseen_score, healthy)),
         closed_acting=closed_beyond(evidence, unseen, runs) if causes else 1.0,
-        left_there=left_of(far, causes, evidence.effects) if runs else 0.0,
+        left_there=left_of(far, causes, evidence.effects, evidence.simulator.channels)
+        if runs
+        else 0.0,
         unwatched=float(len(unwatched_stages(evidence.simulator.channels, measured))),
         rough=float(bool(runs) and _largest_is_rough(selection, far)),
     )

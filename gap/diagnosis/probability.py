@@ -33,8 +33,8 @@ from gap.constants import (
     TEMPERATURE,
 )
 from gap.diagnosis.how_far import HowFar
-from gap.interfaces import Cause, Effect
-from gap.residuals.left_there import HeldOutEnergies, left_at_joint
+from gap.interfaces import Cause, Channel, Effect
+from gap.residuals.left_there import HeldOutEnergies, left_at_joint, made_worse
 from gap.search.cross_validation import Advantage, advantage
 from gap.search.options import Option
 from gap.search.steps import Selection
@@ -185,10 +185,16 @@ def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
     )
 
 
-def left_of(far: HowFar, causes: Sequence[Cause], effects: Mapping[str, Effect]) -> float:
+def left_of(
+    far: HowFar,
+    causes: Sequence[Cause],
+    effects: Mapping[str, Effect],
+    channels: Sequence[Channel],
+) -> float:
     """Return how much more is left at joints of causes than at others (``gap.residuals.left_there``).
 
-    Of several causes, each counts by its part of what all close on held-out runs.
+    Or how much worse a signal is there, if that is more. Of several causes, each counts by its part of what
+    all close on held-out runs.
     """
     if not causes:
         return 0.0
@@ -197,9 +203,10 @@ def left_of(far: HowFar, causes: Sequence[Cause], effects: Mapping[str, Effect])
         np.array([(one / row.floor) ** 2 for row, one in zip(rows, each, strict=True)])
         for each in ([row.before for row in rows], [row.after for row in rows])
     )
-    energies = HeldOutEnergies(
-        [row.channel for row in rows], [row.joint for row in rows], before, after
-    )
+    steady = {one.name for one in channels if not (one.lasting or one.trapped)}
+    names = [row.channel for row in rows]
+    signals = np.array([name in steady for name in names])
+    energies = HeldOutEnergies(names, [row.joint for row in rows], before, after, signals)
     joints = {joint for one in causes for joint in one.joints}
     closed = np.fmax(far.each, 0.0)
     parts = closed / closed.sum() if closed.sum() > 0.0 else np.full(len(causes), 1 / len(causes))
@@ -207,7 +214,8 @@ def left_of(far: HowFar, causes: Sequence[Cause], effects: Mapping[str, Effect])
     for one, part in zip(causes, parts, strict=True):
         if len(one.joints) == 1:
             differs = ROUGH_DIFFERS if effects[one.effect].rough else FORM_DIFFERS
-            left += part * left_at_joint(energies, one.joints[0], joints, differs)
+            there = left_at_joint(energies, one.joints[0], joints, differs)
+            left += part * max(there, made_worse(energies, one.joints[0], joints))
     return float(left)
 
 

@@ -1,5 +1,6 @@
 """What a cause leaves at its own joint on held-out runs, beside what is left at other joints."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
@@ -13,11 +14,11 @@ from gap.diagnosis.diagnose import _largest_is_rough, diagnose
 from gap.diagnosis.findings import Diagnosis
 from gap.diagnosis.how_far import ChannelShrink, HowFar
 from gap.diagnosis.probability import Fit, left_of, none_of_them
-from gap.interfaces import Cause, Channel
-from gap.residuals.left_there import MOST_LEFT, HeldOutEnergies, left_at_joint
+from gap.interfaces import Cause, Channel, Effect
+from gap.residuals.left_there import MOST_LEFT, HeldOutEnergies, left_at_joint, made_worse
 from gap.search.steps import Selection
 from model.effects.catalogue import CATALOGUE
-from tests.gap.toy import EFFECTS, Toy, toy_case, toy_references
+from tests.gap.toy import CHANNELS, EFFECTS, Toy, toy_case, toy_references
 
 JOINTS = ("a", "b", "c", "d")
 BY_NAME = {effect.name: effect for effect in EFFECTS}
@@ -27,7 +28,8 @@ def energies(after: list[float], before: float = 10.0) -> HeldOutEnergies:
     """A force at each of four joints, and the body's speed; the first joint has the cause."""
     names, joints = ["force"] * 4 + ["speed"], [*JOINTS, ""]
     first = [before, *after[1:4], 1.0]
-    return HeldOutEnergies(names, joints, np.array(first), np.array([*after, 1.0]))
+    signals = np.ones(len(names), dtype=bool)
+    return HeldOutEnergies(names, joints, np.array(first), np.array([*after, 1.0]), signals)
 
 
 def test_only_what_is_beyond_other_joints_and_a_share_of_the_change_is_left() -> None:
@@ -53,6 +55,29 @@ def test_nothing_is_said_where_nothing_can_be_compared() -> None:
     assert left_at_joint(broken, "a", {"a"}, 0.1) == 0.0
 
 
+def test_a_signal_of_the_joint_that_becomes_worse_counts() -> None:
+    """As the foot of a leg that is called shorter, and yields by its play: it hangs lower in the air."""
+
+    def worse(before: list[float], after: list[float], signal: bool = True) -> float:
+        names, joints = ["force"] * 4 + ["foot"] * 4, [*JOINTS, *JOINTS]
+        whole_before, whole_after = np.array([9.0, 1, 1, 1, *before]), np.array([1.0] * 4 + after)
+        signals = np.array([True] * 4 + [signal] * 4)
+        return made_worse(
+            HeldOutEnergies(names, joints, whole_before, whole_after, signals), "a", {"a"}
+        )
+
+    quiet = [1.6, 1.0, 1.0, 1.0]
+    assert worse(quiet, [4.2, 1.0, 1.0, 1.0]) == pytest.approx(2.6)
+    assert worse(quiet, [1.5, 1.0, 1.0, 1.0]) == 0.0
+    # not below what is expected, nor where another joint without a cause has as much
+    assert worse([0.2, 1.0, 1.0, 1.0], [0.9, 1.0, 1.0, 1.0]) == 0.0
+    assert worse(quiet, [4.2, 5.0, 1.0, 1.0]) == 0.0
+    assert worse(quiet, [np.nan, 1.0, 1.0, 1.0]) == 0.0
+    assert worse(quiet, [99.0, 1.0, 1.0, 1.0]) == MOST_LEFT
+    # what feet trap, and what lasts, no simulator has right
+    assert worse(quiet, [4.2, 1.0, 1.0, 1.0], signal=False) == 0.0
+
+
 @cache
 def biased() -> Diagnosis:
     return diagnose(toy_case([Cause("bias", ("a",), (0.9,))], 3), Toy(), toy_references(3))
@@ -67,23 +92,31 @@ def far(after: list[float], alone: tuple[float, ...]) -> HowFar:
     return replace(biased().far, channels=tuple(rows), alone=alone, last=alone)
 
 
+def left_of_toy(
+    far: HowFar, causes: Sequence[Cause], effects: Mapping[str, Effect] = BY_NAME
+) -> float:
+    return left_of(far, causes, effects, CHANNELS)
+
+
 def test_of_several_causes_each_counts_by_its_part() -> None:
     one, two = Cause("bias", ("a",), (0.5,)), Cause("bias", ("b",), (0.5,))
     whole = Cause("tether", (), (0.5,))
     after = [8.0, 1.0, 1.0, 1.0]
     left = np.log(8.0 / (1.0 + 0.01 * 16.0))
-    assert left_of(far(after, (1.0,)), (one,), BY_NAME) == pytest.approx(left)
-    assert left_of(far(after, (0.3, 0.9)), (one, two), BY_NAME) == pytest.approx(left / 4)
-    assert left_of(far(after, (0.5, 0.5)), (one, whole), BY_NAME) == pytest.approx(left / 2)
+    assert left_of_toy(far(after, (1.0,)), (one,), BY_NAME) == pytest.approx(left)
+    assert left_of_toy(far(after, (0.3, 0.9)), (one, two), BY_NAME) == pytest.approx(left / 4)
+    assert left_of_toy(far(after, (0.5, 0.5)), (one, whole), BY_NAME) == pytest.approx(left / 2)
     # parts that are not known count alike
-    assert left_of(far(after, (np.nan, np.nan)), (one, two), BY_NAME) == pytest.approx(left / 2)
-    assert left_of(far(after, ()), (), BY_NAME) == 0.0
+    assert left_of_toy(far(after, (np.nan, np.nan)), (one, two), BY_NAME) == pytest.approx(left / 2)
+    assert left_of_toy(far(after, ()), (), BY_NAME) == 0.0
     some = far(after, (1.0,))
     # nothing is expected to be wrong there
     never_wrong = tuple(replace(one, floor=0.0) for one in some.channels)
-    assert left_of(replace(some, channels=never_wrong), (one,), BY_NAME) == 0.0
+    assert left_of_toy(replace(some, channels=never_wrong), (one,), BY_NAME) == 0.0
     rough = {**BY_NAME, "bias": replace(BY_NAME["bias"], rough=True)}
-    assert left_of(far(after, (1.0,)), (one,), rough) < left_of(far(after, (1.0,)), (one,), BY_NAME)
+    assert left_of_toy(far(after, (1.0,)), (one,), rough) < left_of_toy(
+        far(after, (1.0,)), (one,), BY_NAME
+    )
 
 
 def test_what_is_left_there_speaks_for_none_of_these() -> None:
