@@ -10,13 +10,13 @@ from functools import cached_property
 import numpy as np
 
 from gap.residuals.parts import TrialPart
-from gap.residuals.starting import Starting
+from gap.residuals.starting import Starting, noise_of_frames
 from model.values.arrays import BoolArray, FloatArray
 
 # What repeats beyond them counts as noise. With six, and in part with twelve, the sharp errors of servos
 # that turn round or hurry did, and hid whether commands come late or a loop is slow.
 HARMONICS = 36
-FRAMES_A_PERIOD = 3.0  # of the highest harmonic, or fewer harmonics are told apart
+FRAMES_A_PERIOD = 3.0  # of the highest harmonic
 SHORTEST_CYCLES = 1.5  # of a run whose harmonics are measured
 ALL_ALIKE = 8.0  # independent frames that a run has at least, however alike its frames are
 
@@ -65,7 +65,7 @@ class PartError:
     def repeating(self, width: int) -> Repeating:
         """Return what repeats with the phase, by so many columns of ``phase_basis``."""
         if width not in self._by_width:
-            noisier = np.ones((1, 1)) if self.starting is None else self.starting.at(self.part)
+            noisier = noise_of_frames(self.starting, self.part)
             repeated, coefficients = _locked(self.part, self.error, width, 1.0 / noisier**2)
             left = self.error - repeated
             rest = left / noisier

@@ -12,7 +12,7 @@ import numpy as np
 
 from gap.interfaces import Channel
 from gap.residuals.parts import TrialPart
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, IntArray
 
 EDGES_S = (0.25, 0.5, 1.0)  # from the first frame that counts; after the last one it walks
 FEWEST_FRAMES = 8  # of a channel, in all runs together, that tell its noise in a window
@@ -29,6 +29,11 @@ class Starting:
         """Return the factor of each frame and channel, (F, C)."""
         every = np.vstack([self.factor, np.ones(self.factor.shape[1])])
         return np.asarray(every[_windows(part)])
+
+
+def noise_of_frames(starting: Starting | None, part: TrialPart) -> FloatArray:
+    """Return the noise of each frame in units of that of walking, (F, C); (1, 1) where all are alike."""
+    return np.ones((1, 1)) if starting is None else starting.at(part)
 
 
 def starting_noise(
@@ -61,7 +66,7 @@ def _mean(squares: FloatArray) -> float:
     return float(squares[known].mean()) if known.sum() >= FEWEST_FRAMES else float("nan")
 
 
-def _windows(part: TrialPart) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+def _windows(part: TrialPart) -> IntArray:
     """Window of each frame, (F,): that of walking for a part that does not begin with its run."""
     since_s = part.observation.time_s - part.observation.time_s[0]
     counts = (part.observation.weight > 0.0).any(axis=1)

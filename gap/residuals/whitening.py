@@ -12,6 +12,7 @@ from gap.interfaces import used
 from gap.residuals.floor import ExpectedMisfit, Floor
 from gap.residuals.part_error import phase_basis
 from gap.residuals.parts import TrialPart
+from gap.residuals.starting import noise_of_frames
 from model.compiled import compiled
 from model.values.arrays import FloatArray, given_rows
 
@@ -81,7 +82,7 @@ def make_whitener(part: TrialPart, floor: Floor, base: FloatArray) -> Whitener:
     on = used(part.observation) & np.isfinite(base) & floor.compared
     weight = np.where(on, part.observation.weight, 0.0)
     sigma = np.fmax(floor.sigma, SMALLEST)
-    noisier = np.ones((1, 1)) if floor.starting is None else floor.starting.at(part)
+    noisier = noise_of_frames(floor.starting, part)
     gain = np.sqrt(weight) / (sigma * np.sqrt(floor.dependence) * noisier)
     misfit = floor.expect(part.condition)
     basis = phase_basis(part)[:, : len(misfit.mean)]

@@ -224,15 +224,8 @@ def _farther_along(evidence: Evidence, added: Candidate, fitted: Fitted, rounds:
         for values in _larger(added.effect.parameters, own.values)
         if values != own.values
     )
-    sets = [(*fitted.causes[:at], one, *fitted.causes[at + 1 :]) for one in farther]
-    if not sets:
-        return fitted
-    scores = evidence.nats(sets)
-    best = min(range(len(sets)), key=scores.__getitem__)
-    if scores[best] >= float(evidence.score(fitted.residual).sum()):
-        return fitted
-    again = fit_causes(evidence, sets[best], rounds)
-    return again if again.nats < fitted.nats else fitted
+    starts = [(*fitted.causes[:at], one, *fitted.causes[at + 1 :]) for one in farther]
+    return _from_best(evidence, fitted, starts, rounds)
 
 
 def _placed(evidence: Evidence, fitted: Fitted, rounds: int) -> Fitted:
@@ -241,13 +234,23 @@ def _placed(evidence: Evidence, fitted: Fitted, rounds: int) -> Fitted:
         if not value.parameter.located:
             continue
         steps = [share * APART_M / value.parameter.spread for share in NEAR_PLACES]
-        near = [fitted.causes, *(moved(fitted.causes, [value], [step]) for step in steps)]
-        scores = evidence.nats(near)
-        best = min(range(len(near)), key=scores.__getitem__)
-        if best > 0:
-            again = fit_causes(evidence, near[best], rounds)
-            fitted = again if again.nats < fitted.nats else fitted
+        near = [moved(fitted.causes, [value], [step]) for step in steps]
+        fitted = _from_best(evidence, fitted, near, rounds)
     return fitted
+
+
+def _from_best(
+    evidence: Evidence, fitted: Fitted, starts: Sequence[tuple[Cause, ...]], rounds: int
+) -> Fitted:
+    """Begin again at the best of some starts, if that is better than the fit, and keep the better fit."""
+    if not starts:
+        return fitted
+    scores = evidence.nats(starts)
+    best = min(range(len(starts)), key=scores.__getitem__)
+    if scores[best] >= float(evidence.score(fitted.residual).sum()):
+        return fitted
+    again = fit_causes(evidence, starts[best], rounds)
+    return again if again.nats < fitted.nats else fitted
 
 
 def as_they_act(evidence: Evidence, standing: Fitted, candidates: Sequence[Gain]) -> list[Walked]:

@@ -296,7 +296,6 @@ def test_a_worn_spring_is_named_from_trials_in_memory(tmp_path: Path) -> None:
     shares: list[float] = []
     report = bigant.diagnose(worn, healthy, progress=lambda words, share: shares.append(share))
     assert shares[-1] == 1.0
-    print(report)
     assert report.verdict == "explained"
     assert [one.words.split(" (")[0] for one in report.causes] == ["leg_stiffness at MR"]
     assert report.probabilities["leg_stiffness MR"] > 0.9

@@ -92,9 +92,7 @@ def far(after: list[float], alone: tuple[float, ...]) -> HowFar:
     return replace(biased().far, channels=tuple(rows), alone=alone, last=alone)
 
 
-def left_of_toy(
-    far: HowFar, causes: Sequence[Cause], effects: Mapping[str, Effect] = BY_NAME
-) -> float:
+def left_of_toy(far: HowFar, causes: Sequence[Cause], effects: Mapping[str, Effect]) -> float:
     return left_of(far, causes, effects, CHANNELS)
 
 
