@@ -52,6 +52,9 @@ Proposer = Callable[[], Sequence[Proposal]]
 # Shares that ``progress`` gets are of the time that a walk takes whose causes stay open: starting the
 # workers, fitting, and trying runs each take about a quarter of it. Without open causes it ends sooner.
 NEXT_FROM = 0.75
+SURELY_NONE = (
+    0.9  # probability of "none of these", from which no run is proposed to tell what is named
+)
 
 
 def silent(words: str, share: float) -> None:
@@ -117,7 +120,7 @@ def diagnose_study(
     progress("where it lies", 0.74)
     answer = _answer(comparison, selection, far)
     progress("what to run next", NEXT_FROM)
-    runs = _next_runs(comparison.study, selection, answer.ambiguous, proposer, progress)
+    runs = _next_runs(comparison.study, selection, answer.worth_telling, proposer, progress)
     diagnosis = _diagnosis(comparison, selection, far, answer, _faults(study, checked), runs, seed)
     progress("done", 1.0)
     return diagnosis
@@ -154,6 +157,11 @@ class _Answer:
     ambiguous: tuple[OpenRival, ...]
     none: float
     fit: Fit
+
+    @property
+    def worth_telling(self) -> tuple[OpenRival, ...]:
+        """Alternatives that a further run should tell apart: not of causes that are most likely none."""
+        return self.ambiguous if self.none < SURELY_NONE else ()
 
 
 def _faults(study: Study, checked: Iterator[tuple[DataFault, ...]]) -> tuple[TrialFaults, ...]:

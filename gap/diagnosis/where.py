@@ -20,6 +20,8 @@ SHOWN = 10
 CELL_LEVEL = 0.05
 # What remains at the joint of a named cause: standard errors, and times the clearest elsewhere.
 CLEAR_CELL, CLEARER = 10.0, 1.3
+# Signs that are all alike give the statistic itself; rounding must not say whether it is as large.
+AS_LARGE = 1.0 - 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,31 +168,45 @@ def _cells(
     known = (count > 0).all(axis=0).ravel()
     if blocks < FEWEST_BLOCKS or not known.any():
         return ()
-    flat = value.reshape(blocks, -1)[:, known]
-    mean, own = flat.mean(axis=0), flat.var(axis=0, ddof=1)
-    error = np.sqrt((own + np.median(own) + 1e-30) / (2 * blocks))
-    statistic = mean / error
-    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(FLIPS, blocks))
-    square = (flat**2).mean(axis=0)
-    flipped = signs @ flat / blocks
-    spread = np.fmax(square - flipped**2, 0.0) * blocks / (blocks - 1)
-    null = np.abs(flipped) / np.sqrt(
-        (spread + np.median(spread, axis=1, keepdims=True) + 1e-30) / (2 * blocks)
-    )
-    largest = null.max(axis=1)
+    mean, statistic, chance = cell_chances(value.reshape(blocks, -1)[:, known], seed)
     order = np.argsort(-np.abs(statistic), kind="stable")[:SHOWN]
     places = np.flatnonzero(known)
     cells = []
     for i in order:
         bin_at, channel = divmod(int(places[i]), len(channels))
-        p = (1 + float(np.sum(largest >= abs(statistic[i])))) / (FLIPS + 1)
-        if p <= CELL_LEVEL:
+        if chance[i] <= CELL_LEVEL:
             c = channels[channel]
             middle = (bin_at + 0.5) / PHASE_BINS if cyclic else np.nan
             cells.append(
-                PhaseCell(c.name, c.joint, c.stage, middle, float(mean[i]), float(statistic[i]), p)
-            )
+                PhaseCell(c.name, c.joint, c.stage, middle, float(mean[i]), float(statistic[i]),
+                          float(chance[i]))
+            )  # fmt: skip
     return tuple(cells)
+
+
+def cell_chances(values: FloatArray, seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return of each of K cells its mean over B blocks, that over its error, and the chance of it, (K,).
+
+    The chance is that of so large a statistic in any cell if the signs of blocks were random.
+
+    Args:
+        values: Of each cell in each block, (B, K).
+        seed: Of the signs.
+    """
+    blocks = len(values)
+    mean, own = values.mean(axis=0), values.var(axis=0, ddof=1)
+    error = np.sqrt((own + np.median(own) + 1e-30) / (2 * blocks))
+    statistic = mean / error
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(FLIPS, blocks))
+    square = (values**2).mean(axis=0)
+    flipped = signs @ values / blocks
+    spread = np.fmax(square - flipped**2, 0.0) * blocks / (blocks - 1)
+    null = np.abs(flipped) / np.sqrt(
+        (spread + np.median(spread, axis=1, keepdims=True) + 1e-30) / (2 * blocks)
+    )
+    largest = np.sort(null.max(axis=1))
+    smaller = np.searchsorted(largest, AS_LARGE * np.abs(statistic))
+    return mean, statistic, (1.0 + FLIPS - smaller) / (FLIPS + 1)
 
 
 def _channels(

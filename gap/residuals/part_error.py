@@ -96,13 +96,17 @@ def _locked(
     basis = phase_basis(part)[:, :width]
     coefficients = np.zeros((basis.shape[1], error.shape[1]))
     known, counted = np.isfinite(error), np.broadcast_to(weight, error.shape)
-    for c in range(error.shape[1]):
-        on = known[:, c]
+    alike: dict[bytes, list[int]] = {}
+    for c, (on, by) in enumerate(zip(known.T, counted.T, strict=True)):
+        alike.setdefault(on.tobytes() + by.tobytes(), []).append(c)
+    # channels whose frames count alike, as most do, share a factorisation
+    for own in alike.values():
+        on = known[:, own[0]]
         if on.sum() > 2 * basis.shape[1]:
             rows = basis[on]
-            weighed = rows * counted[on, c, None]
+            weighed = rows * counted[on, own[0], None]
             gram = weighed.T @ rows + 1e-3 * on.sum() * np.eye(basis.shape[1])
-            coefficients[:, c] = np.linalg.solve(gram, weighed.T @ error[on, c])
+            coefficients[:, own] = np.linalg.solve(gram, weighed.T @ error[on][:, own])
     return basis @ coefficients, coefficients
 
 

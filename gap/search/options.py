@@ -26,6 +26,7 @@ NEAR_PLACES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # of the distance of places tha
 # false alarms is for energies, of which healthy machines hardly ever reach the level.
 CAUSE_LEVEL = 0.8 * FALSE_ALARMS
 WALK = (2.5, 6.0)  # times what the first order asks for
+MOST_TIMES = 3  # that a descent begins again because it got stuck
 # Share of a fit's energy; where least squares would leave less, the fit begins again there.
 MUCH_LESS = 0.5
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
@@ -211,21 +212,33 @@ def _for_most(evidence: Evidence, fitted: Fitted, rounds: int) -> Fitted:
 
 
 def _farther_along(evidence: Evidence, added: Candidate, fitted: Fitted, rounds: int) -> Fitted:
-    """Begin again farther from neutral where a descent got stuck, and keep the better fit.
+    """Begin again farther away where a descent got stuck, and keep the better fit, a few times over.
 
     Feet begin and cease to slip one by one, so that each step of a descent may be a small part of the way.
+    One foot that sticks at the right moment may also make the descent begin towards the wrong side: which
+    is farther, least squares say as well, because they do not count a large misfit for little.
     """
-    if not fitted.stuck or rounds < ROUNDS:  # few rounds are no descent to the end
+    if rounds < ROUNDS:  # few rounds are no descent to the end
         return fitted
-    at = [(c.effect, c.joints) for c in fitted.causes].index(added.key)
-    own = fitted.causes[at]
-    farther = (
-        replace(own, values=values)
-        for values in _larger(added.effect.parameters, own.values)
-        if values != own.values
-    )
-    starts = [(*fitted.causes[:at], one, *fitted.causes[at + 1 :]) for one in farther]
-    return _from_best(evidence, fitted, starts, rounds)
+    for _ in range(MOST_TIMES):
+        if not fitted.stuck:
+            break
+        at = [(c.effect, c.joints) for c in fitted.causes].index(added.key)
+        own = fitted.causes[at]
+        starts = [
+            (*fitted.causes[:at], replace(own, values=values), *fitted.causes[at + 1 :])
+            for values in _larger(added.effect.parameters, own.values)
+        ]
+        free = free_values(fitted.causes, evidence.effects)
+        step, _ = least_squares(fitted.residual, fitted.slopes)
+        starts += [moved(fitted.causes, free, times * step) for times in WALK]
+        again = _from_best(
+            evidence, fitted, [one for one in starts if one != fitted.causes], rounds
+        )
+        if again is fitted:
+            break
+        fitted = again
+    return fitted
 
 
 def _placed(evidence: Evidence, fitted: Fitted, rounds: int) -> Fitted:

@@ -29,6 +29,7 @@ EDGE_STARTS = 4  # between a value that shows and one that hardly does
 EDGE_FALLS = (
     10.0  # times, from one value of a limit to the next, by which what shows falls at its edge
 )
+HARDLY_ACTS = 1e-4  # of the energy that a limit has which nothing gets past
 FARTHEST = 1.5  # times its start: how far a slope of a limit is followed
 LEAST_ROOM = 512  # rows of signatures, at first: address space until they are made
 ROOM_BYTES = 2**30  # that rows have room for, too: to move to another room is to copy them all
@@ -153,12 +154,29 @@ def _at_edges(rows: "_Rows", made: Sequence[Signature]) -> list["_Start"]:
     for key, candidate in limits.items():
         steps = ratio_steps(candidate.effect.parameters[0])
         energies = [shown.get((key, value), rows.least) for value in steps]
-        falls = [one / other for one, other in itertools.pairwise(energies)]
-        at = int(np.argmax(falls))
-        if falls[at] > EDGE_FALLS:
+        for at in _edges(energies):
             between = np.geomspace(steps[at], steps[at + 1], EDGE_STARTS + 2)[1:-1]
             starts += [_Start(candidate, (float(value),), ()) for value in between]
     return starts
+
+
+def _edges(energies: Sequence[float]) -> range:
+    """Return between which values of a limit, the lowest first, its edge may be.
+
+    As a rule what shows ceases at once. But where a recording begins with a shaft that is far behind, the
+    first moments show how fast it catches up, and so even a limit that nothing else reaches; then the edge
+    may be anywhere from where it hardly acts.
+    """
+    ceases = []
+    for least in (0.0, HARDLY_ACTS * max(energies)):
+        falls = [max(a, least) / max(b, least) for a, b in itertools.pairwise(energies)]
+        at = int(np.argmax(falls))
+        if falls[at] > EDGE_FALLS:
+            ceases.append(at)
+    if not ceases:
+        return range(0)
+    first, last = min(ceases), max(ceases)
+    return range(first, last + 1) if first == last else range(max(first - 1, 0), last + 1)
 
 
 def _spreads(one: Candidate, i: int, step: float) -> float:

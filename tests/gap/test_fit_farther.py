@@ -67,3 +67,12 @@ def test_a_descent_that_ends_where_it_should_is_left_alone() -> None:
     by_itself = fit_causes(seen, start)
     assert not by_itself.stuck
     assert fitted(seen, start).causes == by_itself.causes
+
+
+@pytest.mark.parametrize("begin", [-0.9, -0.7])
+def test_a_descent_that_is_stuck_on_the_wrong_side_begins_again_on_the_other(begin: float) -> None:
+    seen, start = evidence(0.05), (Cause("bias", ("a",), (begin,)),)
+    by_itself = fit_causes(seen, start)
+    assert by_itself.stuck
+    assert by_itself.causes[0].values[0] < 0.0
+    assert fitted(seen, start).causes[0].values[0] == pytest.approx(0.6, abs=0.1)

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from gap.diagnosis.study import make_study
 from gap.diagnosis.verdict import fitted_values
-from gap.diagnosis.where import where
+from gap.diagnosis.where import cell_chances, where
 from gap.interfaces import Cause, Drive, Effect, Parameter, Scope
 from gap.residuals.phase_bins import PHASE_BINS
 from gap.search.candidates import on_bound
@@ -43,3 +45,13 @@ def test_a_range_without_end_has_no_wide_bounds() -> None:
     limit = Parameter("limit_rad_s", "rad/s", 1e9, 0.2, 1e9, 1.0)
     assert not on_bound(limit, 5.0)
     assert on_bound(limit, 0.2)
+
+
+@given(st.integers(0, 1000), st.sampled_from([1 / 3, 0.1, 7.0, 1e-6]))
+def test_rounding_does_not_change_chances_of_cells(seed: int, unit: float) -> None:
+    values = 1.0 + 0.3 * np.random.default_rng(seed).normal(size=(6, 20))
+    _, _, chance = cell_chances(values, seed)
+    _, _, in_other_units = cell_chances(values * unit, seed)
+    np.testing.assert_array_equal(chance, in_other_units)
+    # two of 64 choices of six signs leave all alike, so no chance is much below 2 / 64
+    assert chance.min() >= 0.5 * 2 / 64
