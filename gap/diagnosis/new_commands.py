@@ -3,11 +3,13 @@
 What the simulator gets wrong on such runs no reference shows, so it looks like a cause in the machine.
 """
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gap.residuals.healthy import SAME_CONDITION, apart
 from gap.residuals.parts import TrialPart
 
 SAME_RAD = 0.003  # commands that differ by less are the same: two steps of a servo's encoder
@@ -69,6 +71,21 @@ def new_commands(
         return None
     farthest = max(beyond, key=lambda one: one.distance_rad)
     return replace(farthest, trials=tuple(sorted({one.trial for one in beyond})))
+
+
+def none_repeats(references: Sequence[TrialPart]) -> bool:
+    """Whether no two references were commanded alike, so that they tell nothing of how well a run repeats.
+
+    References without cycles or commands may be alike.
+    """
+    pairs = itertools.combinations(references, 2)
+    return bool(references) and not any(_alike(one, other) for one, other in pairs)
+
+
+def _alike(one: TrialPart, other: TrialPart) -> bool:
+    if apart(one.condition, other.condition) != SAME_CONDITION:
+        return False
+    return all(far < SAME_RAD for far in _distances(one, [other]))
 
 
 def _distances(one: TrialPart, others: Sequence[TrialPart]) -> list[float]:

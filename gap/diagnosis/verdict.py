@@ -10,6 +10,7 @@ from gap.diagnosis.detection import Detection
 from gap.diagnosis.findings import NamedCause, Value, Verdict
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.motor_current import current_words
+from gap.diagnosis.new_commands import none_repeats
 from gap.diagnosis.probability import HALF
 from gap.diagnosis.study import Study
 from gap.diagnosis.trend import Trend
@@ -171,6 +172,12 @@ def warnings_of(
         yield (
             "two references hardly show how much healthy runs differ: only what is clearly larger is "
             "new; without references the same trials get a first guess that names more"
+        )
+    elif not named and none_repeats(study.references):
+        yield (
+            "no two references were commanded alike: they tell how far gaits, frequencies and turns are "
+            "apart, and not how well the machine repeats one, so small causes are hidden. Two of each "
+            "show smaller ones"
         )
     if len(fitted) < 2 and not study.calibrated:
         yield "+- covers only within-run noise; run-to-run variation needs more runs"

@@ -115,6 +115,17 @@ def test_no_gap_names_nothing_and_says_what_would_have_shown() -> None:
     assert found([big]).verdict is not Verdict.NO_GAP
 
 
+def test_where_nothing_is_found_and_no_reference_was_repeated_it_is_said() -> None:
+    def told(references: list[Trial]) -> bool:
+        d = diagnose(toy_case(seed=5), Toy(), references)
+        assert d.verdict is Verdict.NO_GAP
+        return any("no two references were commanded alike" in one for one in d.warnings)
+
+    each_its_own = toy_references(5)[: len(CONDITIONS)]
+    assert told(each_its_own)
+    assert not told(toy_references(5))
+
+
 def test_two_references_are_compared_with_each_other() -> None:
     known = toy_references(10, wander=0.01)[:2]
     d = diagnose(toy_case(seed=10, wander=0.01), Toy(), known)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gap.diagnosis.new_commands import new_commands
+from gap.diagnosis.new_commands import new_commands, none_repeats
 from gap.interfaces import Observation
 from gap.residuals.command_cycle import PHASES, CommandCycle, command_cycle_of
 from gap.residuals.parts import TrialPart, part_of
@@ -124,3 +124,12 @@ def test_a_joint_without_commands_does_not_count() -> None:
     columns += [TableColumn(f"shaft_{j}_rad", shaft[:, k]) for k, j in enumerate("ab")]
     half = build_trial(header, tuple(columns))
     assert new_commands([part_of(0, half, observation, 0, 100)], ALIKE) is None
+
+
+def test_references_that_all_differ_repeat_nothing() -> None:
+    other_gait, faster = part(7, 0.0, gait="trot"), part(8, 0.0, hz=0.3)
+    assert none_repeats(STEERED)
+    assert none_repeats([*STEERED, part(6, 0.0), other_gait, faster])
+    assert not none_repeats([*STEERED, part(9, 0.05, seconds=18.0)])
+    assert not none_repeats(ALIKE)
+    assert not none_repeats([])
