@@ -42,7 +42,7 @@ class Remainder:
         acting: Share of the gap that they close in the channels in which they act, 0 to 1.
         there: How much more is left at their joints on held-out runs than at others.
         unwatched: How many stages of the chain were not measured.
-        rough: 1 if the form of the cause that gains most is only roughly known.
+        rough: How roughly the form of the cause that gains most is known, 0 to 1.
     """
 
     closed: float

@@ -254,19 +254,19 @@ def _fit(comparison: GapEvidence, selection: Selection, far: HowFar) -> Fit:
         if runs
         else 0.0,
         unwatched=float(len(unwatched_stages(evidence.simulator.channels, measured))),
-        rough=float(bool(runs) and _largest_is_rough(selection, far)),
+        rough=_roughness(selection, far) if runs else 0.0,
     )
 
 
-def _largest_is_rough(selection: Selection, far: HowFar) -> bool:
-    """Whether the form of the cause that closes most of the gap is only roughly known.
+def _roughness(selection: Selection, far: HowFar) -> float:
+    """How roughly the form of the cause is known that closes most of the gap, 0 to 1.
 
     Where no gap is seen on held-out runs, of the cause that gains most: what it leaves of a large misfit
     counts there by its logarithm only.
     """
     chosen = [step.chosen for step in selection.steps]
     if not chosen:
-        return False
+        return 0.0
     closed = far.each if np.isfinite(far.each).all() else [one.over.nats for one in chosen]
     return chosen[int(np.argmax(closed))].added.effect.rough
 

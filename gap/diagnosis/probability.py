@@ -82,7 +82,7 @@ class Fit:
         left_there: How much more is left at joints of causes on held-out runs than at others, see
             ``gap.residuals.left_there``; 0 where that is unknown.
         unwatched: How many stages of the chain have no channel that was measured; only whether any matters.
-        rough: 1 if the form of the cause that gains most is only roughly known, and references judge it.
+        rough: How roughly the form of the cause that gains most is known, 0 to 1; 0 without references.
     """
 
     closed: float
@@ -170,8 +170,8 @@ def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
     roughly known closes less than all.
     """
     closed, acting = fit.closed, fit.closed_acting
-    if fit.rough:
-        closed, acting = (min(1.0, one / ROUGH_CLOSES) for one in (closed, acting))
+    closes = 1.0 - fit.rough * (1.0 - ROUGH_CLOSES)  # if nothing else is there
+    closed, acting = (min(1.0, one / closes) for one in (closed, acting))
     odd = min(1.0, -math.log(max(fit.p_after, 1e-9)) / -math.log(SURELY_ODD))
     return (
         1.0,

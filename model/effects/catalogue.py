@@ -28,7 +28,9 @@ MAY_WEAR = frozenset({
     "ground_stiffness", "friction_level", "foot_friction",
 })  # fmt: skip
 # How a servo gives, rubs and plays depends on its loop and gears.
-OF_MANY_FORMS = frozenset({"servo_compliance", "gear_backlash", "joint_friction"})
+# How roughly forms are known: a shaft in its play bounces, friction differs with every gear; mass is pulled
+# along by whatever law feet have, so that forces follow the modelled lag only nearly
+ROUGHLY = {"servo_compliance": 1.0, "gear_backlash": 1.0, "joint_friction": 1.0, "inertia_lag": 0.6}
 NO_LIMIT_RAD_S = 10.0  # twice what the servos can do: no limit
 ALL, LEG, BOTH = (Scope.ALL,), (Scope.JOINT,), (Scope.ALL, Scope.JOINT)
 
@@ -93,7 +95,7 @@ def _effect(
     return ChainEffect(
         name, stage, parameters, scopes, physics, remedy, combine,
         by_forces=by_forces, form_of=form_of, in_time=name in CHANGES_WITH_TIME,
-        wears=name in MAY_WEAR, rough=family in OF_MANY_FORMS,
+        wears=name in MAY_WEAR, rough=ROUGHLY.get(family, 0.0),
     )  # fmt: skip
 
 

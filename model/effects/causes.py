@@ -79,7 +79,8 @@ class Effect:
         even: Whether it is the same with all its numbers negated, so that near neutral it does nothing to
             first order.
         curved: Whether near neutral it looks unlike itself at a usual size.
-        rough: Whether machines have it in forms that differ from the modelled one by most of its change.
+        rough: How roughly its form is known, 0 to 1: 1 where machines have it in forms that differ from the
+            modelled one by most of its change.
         shaking: What vibrates with it, faster than a model's frames follow; None if nothing does.
         hunts: Name of the channel that swings at the joint that has it, faster than frames follow; empty
             if none does.
@@ -104,7 +105,7 @@ class Effect:
     form_of: str = field(default="", kw_only=True)
     even: bool = field(default=False, kw_only=True)
     curved: bool = field(default=False, kw_only=True)
-    rough: bool = field(default=False, kw_only=True)
+    rough: float = field(default=0.0, kw_only=True)
     shaking: Shaking | None = field(default=None, kw_only=True)
     hunts: str = field(default="", kw_only=True)
     law: bool = field(default=False, kw_only=True)

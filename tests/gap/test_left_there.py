@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gap.diagnosis.coverage import unwatched_stages
-from gap.diagnosis.diagnose import _largest_is_rough, diagnose
+from gap.diagnosis.diagnose import _roughness, diagnose
 from gap.diagnosis.findings import Diagnosis
 from gap.diagnosis.how_far import ChannelShrink, HowFar
 from gap.diagnosis.probability import Fit, left_of, none_of_them
@@ -111,7 +111,7 @@ def test_of_several_causes_each_counts_by_its_part() -> None:
     # nothing is expected to be wrong there
     never_wrong = tuple(replace(one, floor=0.0) for one in some.channels)
     assert left_of_toy(replace(some, channels=never_wrong), (one,), BY_NAME) == 0.0
-    rough = {**BY_NAME, "bias": replace(BY_NAME["bias"], rough=True)}
+    rough = {**BY_NAME, "bias": replace(BY_NAME["bias"], rough=1.0)}
     assert left_of_toy(far(after, (1.0,)), (one,), rough) < left_of_toy(
         far(after, (1.0,)), (one,), BY_NAME
     )
@@ -148,17 +148,19 @@ def test_a_healthy_machine_leaves_nothing_at_a_joint_of_causes() -> None:
 
 
 def test_what_depends_on_loop_and_gears_has_many_forms() -> None:
-    rough = {effect.name for effect in CATALOGUE if effect.rough}
+    rough = {effect.name for effect in CATALOGUE if effect.rough == 1.0}
     compliance = {"servo_compliance", "servo_compliance_beyond_encoder"}
     forms = ("", "_in_loop", "_dragged", "_beyond_encoder")
     play = {f"gear_backlash{form}" for form in forms}
     assert rough == {"joint_friction", *play, *compliance}
+    nearly = {effect.name for effect in CATALOGUE if 0.0 < effect.rough < 1.0}
+    assert nearly == {"inertia_lag"}, "forces follow it only nearly"
 
 
 def test_the_cause_that_closes_most_decides_whether_the_form_is_roughly_known() -> None:
     """A large misfit counts in nats by its logarithm only: a small cause may gain more than play does."""
 
-    def rough(each: tuple[float, ...], nats: tuple[float, ...]) -> bool:
+    def rough(each: tuple[float, ...], nats: tuple[float, ...]) -> float:
         steps = [
             SimpleNamespace(
                 chosen=SimpleNamespace(
@@ -166,12 +168,12 @@ def test_the_cause_that_closes_most_decides_whether_the_form_is_roughly_known() 
                     over=SimpleNamespace(nats=gained),
                 )
             )
-            for one, gained in zip((True, False), nats, strict=True)
+            for one, gained in zip((0.6, 0.0), nats, strict=True)
         ]
         some = replace(biased().far, alone=each, last=each)
-        return _largest_is_rough(cast(Selection, SimpleNamespace(steps=steps)), some)
+        return _roughness(cast(Selection, SimpleNamespace(steps=steps)), some)
 
-    assert rough((0.5, 0.1), (10.0, 90.0))
-    assert not rough((0.1, 0.5), (90.0, 10.0))
-    assert rough((np.nan, np.nan), (90.0, 10.0)), "where no gap is seen on held-out runs"
-    assert not _largest_is_rough(cast(Selection, SimpleNamespace(steps=[])), biased().far)
+    assert rough((0.5, 0.1), (10.0, 90.0)) == 0.6
+    assert rough((0.1, 0.5), (90.0, 10.0)) == 0.0
+    assert rough((np.nan, np.nan), (90.0, 10.0)) == 0.6, "where no gap is seen on held-out runs"
+    assert not _roughness(cast(Selection, SimpleNamespace(steps=[])), biased().far)

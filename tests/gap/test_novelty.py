@@ -111,6 +111,15 @@ def test_a_cause_of_a_roughly_known_form_may_leave_half_of_what_it_does() -> Non
     assert none_of_them(resembling, 1, referenced=True) > 0.9, "it is something else"
 
 
+def test_mass_that_is_pulled_along_may_leave_a_third_and_gusts_are_no_mass() -> None:
+    """Right ones close 0.5 to 1 of the gap, mass in the place of gusts at most 0.34 (labels open)."""
+    mass = Fit(0.58, 2.5, 6.0, p_after=1e-4, nats_after=0.0, closed_acting=0.56)
+    assert none_of_them(mass, 1, referenced=True) > 0.5
+    assert none_of_them(replace(mass, rough=0.6), 1, referenced=True) < 0.1
+    gusts = Fit(0.34, 1.6, 5.0, p_after=1e-4, nats_after=0.0, closed_acting=0.56, rough=0.6)
+    assert none_of_them(gusts, 1, referenced=True) > 0.5
+
+
 def test_fits_begin_where_a_place_is_likely() -> None:
     """An edge may be as far as ten metres; runs of half a metre cross it near their start or not at all."""
     step = next(e for e in simulator().effects if e.name == "ground_step")

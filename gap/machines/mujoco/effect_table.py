@@ -83,7 +83,7 @@ def _row(
     effect = MjcfEffect(
         name, stage, parameters, scopes, physics, remedy, JOINT, places,
         by_forces=by_forces, wears=name in MAY_WEAR, form_of=FORM_OF.get(name, ""),
-        rough=FORM_OF.get(name, name) == "play",  # how a joint crosses it differs from gear to gear
+        rough=float(FORM_OF.get(name, name) == "play"),  # how a joint crosses it differs from gear to gear
     )  # fmt: skip
     return JointRow(effect, sizes, kinds, needs, each)
 
