@@ -15,6 +15,7 @@ from gap.search.candidates import Family, families_of, too_small
 from gap.search.contained import at_one_joint, containing
 from gap.search.edges import limits_as_they_act, with_seen_edges
 from gap.search.fit import Fitted
+from gap.search.healthy_search import HealthySearch
 from gap.search.newest import newest, newest_left
 from gap.search.novelty import Trials, chance_healthy
 from gap.search.options import (
@@ -37,6 +38,9 @@ from model.values.arrays import FloatArray
 
 BESIDE = 4  # candidates at single joints that are fitted beside walked ones of the whole machine
 NEWEST = 4  # candidates that are fitted because they are new to first order, whatever they gain
+# Chance by itself, to first order, from which healthy runs surely show a further cause as well; fitted, it
+# may be far less
+USUAL = 0.05
 # Of a first and of a second list: share of the best's first-order gain and nats that candidates must have.
 LISTS = ((NEAR, 0.5), (0.0, 10.0))
 
@@ -222,10 +226,12 @@ class Look:
             ranked = [gain for gain in ranked if gain not in hunting]
             yield hunting
         chances: Mapping[Family, float] = {}
-        if standing.causes:
-            chances = self._newest_of(standing)
+        if standing.causes and self.known is not None:
+            search = self.known.search
+            alone = newest_left(search, self.evidence, standing.residual)
+            chances = _among_all(search, alone)
             ranked = [
-                gain for gain in ranked if chances.get(gain.signature.candidate.family, 0.0) < 1.0
+                gain for gain in ranked if alone.get(gain.signature.candidate.family, 0.0) < USUAL
             ]
         for near, least in LISTS if self.healthy is not None else LISTS[:1]:
             if self.search.walk:  # what is gained to first order is no measure for what was walked
@@ -251,12 +257,12 @@ class Look:
         if self.known is None:
             return {}
         search = self.known.search
-        chances = (
+        return _among_all(
+            search,
             newest_left(search, self.evidence, standing.residual)
             if standing.causes
-            else newest(search)
+            else newest(search),
         )
-        return {family: search.among_all(one, family) for family, one in chances.items()}
 
     def _best_form(self, selection: Selection, forms: Sequence[Gain]) -> Option:
         """Return the best of the forms of a cause, which are listed with the best to first order first.
@@ -316,3 +322,8 @@ def _both(one: float, other: float) -> float:
 def rank(option: Option) -> tuple[float, object]:
     """Order of options: a parameter more must be worth a nat, or a patch below all feet is a level."""
     return len(option.added.effect.parameters) - option.over.nats, option.added.key
+
+
+def _among_all(search: HealthySearch, chances: Mapping[Family, float]) -> dict[Family, float]:
+    """Return chances of causes, each as the best of all."""
+    return {family: search.among_all(one, family) for family, one in chances.items()}

@@ -21,7 +21,7 @@ from gap.residuals.predictions import Predictor
 from gap.search.candidates import STEP, Candidate, candidates_of, starts_of, stepped
 from gap.search.cross_validation import Advantage
 from gap.search.fit import Fitted, fit_causes
-from gap.search.healthy_search import search_healthy
+from gap.search.healthy_search import HealthySearch, search_healthy
 from gap.search.look import Look
 from gap.search.newest import newest_left
 from gap.search.options import (
@@ -336,6 +336,37 @@ def test_a_further_cause_that_is_open_waits_for_a_surer_one(
     else:
         assert (best.chosen.added.effect.name, best.p) == (taken, chances[taken])
         assert best.chosen not in best.rivals
+
+
+@pytest.mark.parametrize(("alone", "tried"), [(0.02, True), (0.2, False)])
+def test_a_further_cause_is_fitted_if_it_may_be_new_by_itself(
+    monkeypatch: pytest.MonkeyPatch, alone: float, tried: bool
+) -> None:
+    """To first order, among all, it is what healthy runs show as well; fitted, it may be clearly new."""
+    toy = Toy()
+    trials = toy_case([Cause("stiffness", ("b",), (0.6,)), Cause("tether", (), (0.15,))], 3)
+    found, healthy = evidences(toy, trials, toy_references(3))
+    assert healthy is not None
+    candidates = candidates_of(toy)
+    signatures = make_signatures(found, candidates, (), lambda share: None)
+    start = Selection(fit_causes(found, ()), found.score(found.base).sum(axis=1), ())
+    stiffness = next(one for one in candidates if one.key == ("stiffness", ("b",)))
+    first = fit_option(found, stiffness, (stiffness.cause((0.6,)),), start.unseen)
+    start = Selection(first.fitted, first.unseen, (Step(first, ()),))
+    family = ("tether", ())
+    monkeypatch.setattr(look_module, "newest_left", lambda *_: {
+        one.family: alone if one.family == family else 0.5 for one in candidates
+    })  # fmt: skip
+    monkeypatch.setattr(HealthySearch, "among_all", lambda self, chance, family: 1.0)
+    fitted: list[str] = []
+
+    def chance(look: Look, option: Option) -> float:
+        fitted.append(option.added.effect.name)
+        return 1.0
+
+    monkeypatch.setattr(Look, "chance", chance)
+    Look(found, healthy, Search()).one_more(start, signatures)
+    assert ("tether" in fitted) is tried
 
 
 def test_what_is_newest_of_what_a_cause_leaves_is_that_which_is_left() -> None:
