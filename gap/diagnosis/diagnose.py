@@ -52,9 +52,8 @@ Proposer = Callable[[], Sequence[Proposal]]
 # Shares that ``progress`` gets are of the time that a walk takes whose causes stay open: starting the
 # workers, fitting, and trying runs each take about a quarter of it. Without open causes it ends sooner.
 NEXT_FROM = 0.75
-SURELY_NONE = (
-    0.9  # probability of "none of these", from which no run is proposed to tell what is named
-)
+# Probability of "none of these", from which no run is proposed to tell what is named.
+SURELY_NONE = 0.9
 
 
 def silent(words: str, share: float) -> None:

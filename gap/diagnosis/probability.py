@@ -171,7 +171,7 @@ def none_features(fit: Fit, causes: int) -> tuple[float, ...]:
     """
     closed, acting = fit.closed, fit.closed_acting
     closes = 1.0 - fit.rough * (1.0 - ROUGH_CLOSES)  # if nothing else is there
-    closed, acting = (min(1.0, one / closes) for one in (closed, acting))
+    closed, acting = (min(one / closes, 1.0) for one in (closed, acting))
     odd = min(1.0, -math.log(max(fit.p_after, 1e-9)) / -math.log(SURELY_ODD))
     return (
         1.0,

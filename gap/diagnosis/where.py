@@ -174,13 +174,13 @@ def _cells(
     cells = []
     for i in order:
         bin_at, channel = divmod(int(places[i]), len(channels))
-        if chance[i] <= CELL_LEVEL:
+        p = float(chance[i])
+        if p <= CELL_LEVEL:
             c = channels[channel]
             middle = (bin_at + 0.5) / PHASE_BINS if cyclic else np.nan
             cells.append(
-                PhaseCell(c.name, c.joint, c.stage, middle, float(mean[i]), float(statistic[i]),
-                          float(chance[i]))
-            )  # fmt: skip
+                PhaseCell(c.name, c.joint, c.stage, middle, float(mean[i]), float(statistic[i]), p)
+            )
     return tuple(cells)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from gap.constants import FEW_RATIO, GAIT_CORRELATION, LOG_FREQUENCY, TRAPPED_RATIO
 from gap.interfaces import Channel
-from gap.residuals.part_error import PartError, most_dependent, phase_basis, rms
+from gap.residuals.part_error import PartError, columns_alike, most_dependent, phase_basis, rms
 from gap.residuals.parts import RunCondition, TrialPart
 from gap.residuals.starting import Starting, starting_noise
 from model.values.arrays import BoolArray, FloatArray, IntArray
@@ -239,10 +239,10 @@ def without_drift(part: TrialPart, error: FloatArray) -> FloatArray:
     columns = np.column_stack([phase_basis(part), away])
     drift, known = np.zeros_like(error), np.isfinite(error)
     # channels that are known in the same frames, as most are, share a factorisation
-    for on in np.unique(known, axis=1).T:
-        alike = (known == on[:, None]).all(axis=0)
+    for alike in columns_alike(known):
+        on = known[:, alike[0]]
         if on.sum() > 2 * columns.shape[1]:
-            slopes = np.linalg.lstsq(columns[on], error[np.ix_(on, alike)], rcond=None)[0][-1]
+            slopes = np.linalg.lstsq(columns[on], error[on][:, alike], rcond=None)[0][-1]
             drift[:, alike] = np.outer(away - away[on].mean(), slopes)
     return error - drift
 

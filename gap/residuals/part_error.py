@@ -96,11 +96,8 @@ def _locked(
     basis = phase_basis(part)[:, :width]
     coefficients = np.zeros((basis.shape[1], error.shape[1]))
     known, counted = np.isfinite(error), np.broadcast_to(weight, error.shape)
-    alike: dict[bytes, list[int]] = {}
-    for c, (on, by) in enumerate(zip(known.T, counted.T, strict=True)):
-        alike.setdefault(on.tobytes() + by.tobytes(), []).append(c)
     # channels whose frames count alike, as most do, share a factorisation
-    for own in alike.values():
+    for own in columns_alike(known, counted):
         on = known[:, own[0]]
         if on.sum() > 2 * basis.shape[1]:
             rows = basis[on]
@@ -108,6 +105,14 @@ def _locked(
             gram = weighed.T @ rows + 1e-3 * on.sum() * np.eye(basis.shape[1])
             coefficients[:, own] = np.linalg.solve(gram, weighed.T @ error[on][:, own])
     return basis @ coefficients, coefficients
+
+
+def columns_alike(*each: BoolArray | FloatArray) -> list[list[int]]:
+    """Return the numbers of the columns, of arrays of (F, C), that are alike in all of them, by group."""
+    groups: dict[bytes, list[int]] = {}
+    for number, columns in enumerate(zip(*(one.T for one in each), strict=True)):
+        groups.setdefault(b"".join(one.tobytes() for one in columns), []).append(number)
+    return list(groups.values())
 
 
 def rms(values: FloatArray) -> FloatArray:

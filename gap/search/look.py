@@ -15,7 +15,6 @@ from gap.search.candidates import Family, families_of, too_small
 from gap.search.contained import at_one_joint, containing
 from gap.search.edges import limits_as_they_act, with_seen_edges
 from gap.search.fit import Fitted
-from gap.search.healthy_search import HealthySearch
 from gap.search.newest import newest, newest_left
 from gap.search.novelty import Trials, chance_healthy
 from gap.search.options import (
@@ -225,13 +224,13 @@ class Look:
         if hunting:
             ranked = [gain for gain in ranked if gain not in hunting]
             yield hunting
-        chances: Mapping[Family, float] = {}
-        if standing.causes and self.known is not None:
-            search = self.known.search
-            alone = newest_left(search, self.evidence, standing.residual)
-            chances = _among_all(search, alone)
+        by_itself: Mapping[Family, float] = {}
+        if standing.causes:
+            by_itself = self._newest_of(standing)
             ranked = [
-                gain for gain in ranked if alone.get(gain.signature.candidate.family, 0.0) < USUAL
+                gain
+                for gain in ranked
+                if by_itself.get(gain.signature.candidate.family, 0.0) < USUAL
             ]
         for near, least in LISTS if self.healthy is not None else LISTS[:1]:
             if self.search.walk:  # what is gained to first order is no measure for what was walked
@@ -244,25 +243,26 @@ class Look:
                 listed = shortlist(ranked, self.search.shortlist, near, least)
             ranked = [gain for gain in ranked if gain not in listed]
             yield listed
-        chances = chances or self._newest_of(standing)
+        if self.known is None:
+            return
+        by_itself = by_itself or self._newest_of(standing)
+        among_all = self.known.search.among_all
         new = [
             (chance, gain)
             for gain in ranked
-            if (chance := chances.get(gain.signature.candidate.family, 1.0)) < OPEN_LEVEL
+            if (family := gain.signature.candidate.family) in by_itself
+            and (chance := among_all(by_itself[family], family)) < OPEN_LEVEL
         ]
         yield [gain for _, gain in sorted(new, key=lambda one: one[0])[:NEWEST]]
 
     def _newest_of(self, standing: Fitted) -> dict[Family, float]:
-        """Chance of each cause in healthy runs, as the best of all, to first order; empty without them."""
+        """Chance of each cause by itself in healthy runs, to first order; empty without them."""
         if self.known is None:
             return {}
         search = self.known.search
-        return _among_all(
-            search,
-            newest_left(search, self.evidence, standing.residual)
-            if standing.causes
-            else newest(search),
-        )
+        if standing.causes:
+            return newest_left(search, self.evidence, standing.residual)
+        return newest(search)
 
     def _best_form(self, selection: Selection, forms: Sequence[Gain]) -> Option:
         """Return the best of the forms of a cause, which are listed with the best to first order first.
@@ -322,8 +322,3 @@ def _both(one: float, other: float) -> float:
 def rank(option: Option) -> tuple[float, object]:
     """Order of options: a parameter more must be worth a nat, or a patch below all feet is a level."""
     return len(option.added.effect.parameters) - option.over.nats, option.added.key
-
-
-def _among_all(search: HealthySearch, chances: Mapping[Family, float]) -> dict[Family, float]:
-    """Return chances of causes, each as the best of all."""
-    return {family: search.among_all(one, family) for family, one in chances.items()}

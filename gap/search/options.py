@@ -218,18 +218,18 @@ def _farther_along(evidence: Evidence, added: Candidate, fitted: Fitted, rounds:
     One foot that sticks at the right moment may also make the descent begin towards the wrong side: which
     is farther, least squares say as well, because they do not count a large misfit for little.
     """
-    if rounds < ROUNDS:  # few rounds are no descent to the end
+    if not fitted.stuck or rounds < ROUNDS:  # few rounds are no descent to the end
         return fitted
+    at = [(c.effect, c.joints) for c in fitted.causes].index(added.key)
+    free = free_values(fitted.causes, evidence.effects)
     for _ in range(MOST_TIMES):
         if not fitted.stuck:
             break
-        at = [(c.effect, c.joints) for c in fitted.causes].index(added.key)
         own = fitted.causes[at]
         starts = [
             (*fitted.causes[:at], replace(own, values=values), *fitted.causes[at + 1 :])
             for values in _larger(added.effect.parameters, own.values)
         ]
-        free = free_values(fitted.causes, evidence.effects)
         step, _ = least_squares(fitted.residual, fitted.slopes)
         starts += [moved(fitted.causes, free, times * step) for times in WALK]
         again = _from_best(

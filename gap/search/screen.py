@@ -176,7 +176,8 @@ def _edges(energies: Sequence[float]) -> range:
     if not ceases:
         return range(0)
     first, last = min(ceases), max(ceases)
-    return range(first, last + 1) if first == last else range(max(first - 1, 0), last + 1)
+    begin = first if first == last else max(first - 1, 0)
+    return range(begin, last + 1)
 
 
 def _spreads(one: Candidate, i: int, step: float) -> float:

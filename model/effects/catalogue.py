@@ -27,9 +27,8 @@ MAY_WEAR = frozenset({
     "servo_lag", "servo_compliance", "joint_friction", "shaft_zero_offset", "leg_length", "leg_stiffness",
     "ground_stiffness", "friction_level", "foot_friction",
 })  # fmt: skip
-# How a servo gives, rubs and plays depends on its loop and gears.
-# How roughly forms are known: a shaft in its play bounces, friction differs with every gear; mass is pulled
-# along by whatever law feet have, so that forces follow the modelled lag only nearly
+# How roughly forms are known, 0 to 1: how a servo gives, rubs and plays depends on its loop and gears; mass
+# is pulled along by whatever law feet have, so that forces follow the modelled lag only nearly.
 ROUGHLY = {"servo_compliance": 1.0, "gear_backlash": 1.0, "joint_friction": 1.0, "inertia_lag": 0.6}
 NO_LIMIT_RAD_S = 10.0  # twice what the servos can do: no limit
 ALL, LEG, BOTH = (Scope.ALL,), (Scope.JOINT,), (Scope.ALL, Scope.JOINT)
