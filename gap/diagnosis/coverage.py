@@ -1,16 +1,29 @@
 """What a trial could show to a diagnosis: channels that were measured, effects that would stand out."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from gap.interfaces import Cause, Channel, Drive, Effect, Scope, Simulator, places_for, used
+from gap.interfaces import (
+    Cause,
+    Channel,
+    Drive,
+    Effect,
+    Parameter,
+    Scope,
+    Simulator,
+    places_for,
+    used,
+)
+from gap.search.candidates import is_limit, ratio_steps
 from model.values.arrays import BoolArray, FloatArray
 from record.trial.trial import Trial
 
 LONGEST_S = 15.0  # of a trial that are looked at: a few steps of any gait
-VISIBLE = 1.0  # RMS change of a channel over its noise
+STRONG = 1.0  # RMS change of a channel over its noise
+DRIVES = (Drive.MEASURED, Drive.COMMAND)
 BLIND = 0.1  # less than this in every measured channel: no length of such runs shows it
 
 
@@ -21,9 +34,10 @@ class Coverage:
     Attributes:
         measured: Channels with measured values.
         missing: Those without.
-        visible: Effects that would stand out of the sensors' noise in a measured channel, at one standard
-            deviation of what a builder of such machines expects.
-        hidden: Those that would not.
+        visible: Effects that would show in a measured channel, in the mean of a run if not at any one time,
+            at one standard deviation of what a builder of such machines expects, somewhere along the way or
+            at a limit that is reached, whether their stage is fed what was measured or what is predicted.
+        hidden: Those that would not, in no length of such runs.
     """
 
     measured: tuple[Channel, ...]
@@ -41,16 +55,19 @@ def coverage_of(simulator: Simulator, trial: Trial) -> Coverage:
     short = trial.rows(_middle(trial.time_s))
     seen = simulator.observe(short)
     taking_part = used(seen)
-    base = simulator.predict(short, (), Drive.MEASURED)
+    bases = {drive: simulator.predict(short, (), drive) for drive in DRIVES}
 
     def stands_out(cause: Cause) -> bool:
-        change = (simulator.predict(short, (cause,), Drive.MEASURED) - base) / seen.noise
-        return bool(_rms(change, taking_part).max() > VISIBLE)
+        return any(
+            _rms((simulator.predict(short, (cause,), drive) - base) / seen.noise, taking_part).max()
+            > BLIND
+            for drive, base in bases.items()
+        )
 
     visible = tuple(
         effect.name
         for effect in simulator.effects
-        if any(stands_out(cause) for cause in _examples(effect, places_for(effect, simulator)))
+        if any(map(stands_out, _examples(effect, places_for(effect, simulator), seen.reach_m)))
     )
     live = [bool(column.any()) for column in taking_part.T]
     pairs = list(zip(simulator.channels, live, strict=True))
@@ -120,18 +137,18 @@ def blind_spots(simulator: Simulator, trials: Sequence[Trial]) -> BlindSpots:
         taking_part = used(seen)
         live = np.asarray(taking_part.any(axis=0))
         measured |= {name for name, known in zip(names, live, strict=True) if known}
-        for drive in (Drive.MEASURED, Drive.COMMAND):
+        for drive in DRIVES:
             open_ones = [effect for effect in simulator.effects if effect.name not in shown]
             if not open_ones:
                 break
             base = simulator.predict(short, (), drive)
             for effect in open_ones:
-                for cause in _examples(effect, places_for(effect, simulator)):
+                for cause in _examples(effect, places_for(effect, simulator), seen.reach_m):
                     change = (simulator.predict(short, (cause,), drive) - base) / seen.noise
                     if (_rms(change, taking_part) > BLIND).any():
                         shown.add(effect.name)
                         break
-                    strong = _rms(change, seen.weight > 0) > VISIBLE
+                    strong = _rms(change, seen.weight > 0) > STRONG
                     would[effect.name] |= {n for n, one in zip(names, strong, strict=True) if one}
     missing = tuple(dict.fromkeys(name for name in names if name not in measured))
     return BlindSpots(
@@ -157,13 +174,23 @@ def _middle(time_s: FloatArray) -> BoolArray:
     return np.asarray((time_s >= time_s[0] + spare) & (time_s <= time_s[-1] - spare))
 
 
-def _examples(effect: Effect, joints: Sequence[str]) -> Iterator[Cause]:
-    """An effect by one spread, of the whole machine or of one joint after the other."""
-    values = tuple(
-        p.neutral + p.spread if p.neutral + p.spread <= p.upper else p.neutral - p.spread
-        for p in effect.parameters
-    )
+def _examples(
+    effect: Effect, joints: Sequence[str], reach_m: tuple[float, float]
+) -> Iterator[Cause]:
+    """An effect by one spread, of the whole machine or of one joint after the other.
+
+    One that lies somewhere is in the middle of the way, and a limit is low enough to be reached.
+    """
+    values = tuple(_example(p, reach_m) for p in effect.parameters)
     if Scope.ALL in effect.scopes:
         yield Cause(effect.name, (), values)
     else:
         yield from (Cause(effect.name, (joint,), values) for joint in joints)
+
+
+def _example(p: Parameter, reach_m: tuple[float, float]) -> float:
+    if p.located and all(map(math.isfinite, reach_m)):
+        return min(max(sum(reach_m) / 2, p.lower), p.upper)
+    if is_limit(p):
+        return ratio_steps(p)[0]
+    return p.neutral + p.spread if p.neutral + p.spread <= p.upper else p.neutral - p.spread

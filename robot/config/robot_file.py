@@ -42,6 +42,7 @@ from robot.config.safety import BodyLimits, RecoverySettings, read_body_limits, 
 from robot.config.servo import SafetyLimits, read_servo
 from robot.config.stance import check_stance
 from robot.config.undriven import (
+    DRIVES,
     UNKNOWN,
     no_servo,
     no_servo_bus,
@@ -98,8 +99,8 @@ class RobotConfig:
 
     @property
     def driven(self) -> bool:
-        """Whether the robot can be driven: its legs have one joint each."""
-        return not isinstance(self.parameters.leg, ChainParameters)
+        """Whether the robot can be driven: its file names the servos of its legs."""
+        return bool(self.servo_bus.names)
 
 
 def load_robot(
@@ -113,7 +114,8 @@ def load_robot(
     Args:
         path: The robot file; the nominal BigANT where none is named.
         calibration: Calibration file to take in place of the one that the robot file names.
-        driven: Whether the robot must be one that can be driven; legs of several joints cannot be.
+        driven: Whether the robot must be one that can be driven: legs of several joints cannot be, nor a
+            robot whose file has no table of what drives it.
 
     Raises:
         ConfigError: A file cannot be read, a key in it cannot be used, or the robot cannot be driven.
@@ -122,7 +124,7 @@ def load_robot(
     with reading(file, "the robot file") as text:
         config = parse_robot(complete(text, file.parent))
     if driven and not config.driven:
-        raise not_driven()
+        raise not_driven(config.parameters.leg)
     if calibration is None and config.calibration_file:
         calibration = file.parent / config.calibration_file
     if calibration is None:
@@ -141,7 +143,7 @@ def parse_robot(text: str) -> RobotConfig:
     """
     top = parse_table(text)
     name, leg = top.text("name"), read_leg(top)
-    if isinstance(leg, ChainParameters):
+    if isinstance(leg, ChainParameters) or not DRIVES.intersection(top.names()):
         return _undriven(text, top, leg)
     legs, bus_columns = _legs(top.table("legs"), leg)
     servo = read_servo(top.table("servo"), legs.count)
@@ -177,8 +179,8 @@ def parse_robot(text: str) -> RobotConfig:
     return config
 
 
-def _undriven(text: str, top: Table, leg: ChainParameters) -> RobotConfig:
-    """A robot whose legs have several joints: what the model, the estimator and pictures need."""
+def _undriven(text: str, top: Table, leg: LegGeometry) -> RobotConfig:
+    """A robot that is measured and not driven: what the model, the estimator and pictures need."""
     legs = read_legs(top.table("legs"), leg)
     body = read_body(top.table("body"))
     config = RobotConfig(

@@ -1,8 +1,8 @@
-"""A robot that is not driven: its file says nothing of servos, force sensors and the loop.
+"""A robot that is not driven: its file says nothing of servos, force sensors, gaits and the loop.
 
-Legs of several joints are recorded, imported, modelled, estimated and diagnosed. What such a robot has no
-value of is NaN, and lists are empty: nothing here can pass for a limit. ``load_robot`` and the controller
-refuse it.
+Legs of several joints, and a robot that is only measured, are recorded, imported, modelled, estimated and
+diagnosed. What such a robot has no value of is NaN, and lists are empty: nothing here can pass for a limit.
+``load_robot`` and the controller refuse it.
 """
 
 import numpy as np
@@ -10,17 +10,24 @@ import numpy as np
 from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import ConfigError
 from model.values.arrays import IntArray, readonly
-from model.values.parameters import ServoParameters
+from model.values.parameters import ChainParameters, LegGeometry, ServoParameters
 
 UNKNOWN = float("nan")
+# Tables of a robot file that say how it is driven; one that has none of them is of a robot that is measured
+DRIVES = frozenset({"servo", "servo_bus", "loop", "gait", "safety", "force_sensor"})
 
 
-def not_driven() -> ConfigError:
-    """Return why legs of several joints do not walk from here, and what can be done with them."""
+def not_driven(leg: LegGeometry) -> ConfigError:
+    """Return why a robot with such legs does not walk from here, and what can be done with it."""
+    seen = "brought in by bigant import, and seen by show, view, odom, replay and gap"
+    if isinstance(leg, ChainParameters):
+        words = f"is chain, and legs of several joints are not driven: what they measured is {seen}"
+        return ConfigError("leg.kind", words)
     return ConfigError(
-        "leg.kind",
-        "is chain, and legs of several joints are not driven: what they measured is brought in by bigant "
-        "import, and seen by show, view, odom, replay and gap",
+        "servo",
+        f"is missing: this robot is measured and not driven, and what it measured is {seen}; to drive it, "
+        "add [servo], [servo_bus], [loop], [gait] and the servos' numbers in [legs] (bigant robot new "
+        "writes a whole file)",
     )
 
 

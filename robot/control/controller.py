@@ -88,7 +88,7 @@ class Controller:
         estimate: bool = True,
     ) -> None:
         if not config.driven:
-            raise not_driven()
+            raise not_driven(config.parameters.leg)
         self.config = config
         self.armed = armed
         self.rate_hz = rate_hz if rate_hz is not None else config.loop.rate_hz

@@ -97,7 +97,8 @@ def foot_path(config: RobotConfig) -> FloatArray:
     """
     robot = config.parameters
     legs = leg_kinematics(robot)
-    turn = np.linspace(0.0, 2 * np.pi, TURN_SAMPLES + 1) if config.driven else np.zeros(1)
+    turns = robot.names.one_joint_a_leg
+    turn = np.linspace(0.0, 2 * np.pi, TURN_SAMPLES + 1) if turns else np.zeros(1)
     angle = np.repeat(turn[:, None], legs.joint_count, axis=1)
     feet = legs.feet(angle, np.zeros_like(angle)).position_m
     path: FloatArray = feet - robot.legs.shaft_position

@@ -15,9 +15,7 @@ from record.trial.trial import Trial
 from robot.config.robot_file import parse_robot
 from robot.gap_report.blind import FOOT_MARKERS, FORCE_SENSORS, JOINT_ANGLES, POSE, sensor_of
 from robot.gap_report.trials import simulator_for
-from robot.gap_report.words import few
 
-MOST_NAMES = 8  # of effects that are not visible
 FEET, FORCES = "feet (markers)", "forces"
 KINDS = {JOINT_ANGLES: "shafts", FOOT_MARKERS: FEET, FORCE_SENSORS: FORCES, POSE: "body"}
 NO_ROBOT = 'no robot file; add robot = "FILE.toml" to [trial] in the map or beside the table'
@@ -115,7 +113,7 @@ def _diagnosis(trial: Trial) -> Ability:
     if kept := ", ".join(_not_compared(trial, coverage)):
         words += f"; kept, but not compared, as the simulator does not predict them: {kept}"
     if coverage.hidden:
-        words += f"; not visible: {few(coverage.hidden, MOST_NAMES)}"
+        words += f"; not visible: {', '.join(coverage.hidden)}"
     return Ability("diagnosis", True, words)
 
 

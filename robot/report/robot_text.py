@@ -45,7 +45,7 @@ def robot_rows(review: RobotReview) -> list[tuple[str, str]]:
     size = np.ptp(shafts, axis=0) * 1e3
     path = review.path_m
     feet = f"{-1e3 * path[..., 2].min():.0f} mm below the shafts"
-    if config.driven:
+    if robot.names.one_joint_a_leg:
         feet += (
             f"; a turn takes them over {1e3 * np.ptp(path[..., 0], axis=0).max():.0f} mm and up by "
             f"{1e3 * np.ptp(path[..., 2], axis=0).max():.0f} mm"
