@@ -11,6 +11,7 @@ from gap.interfaces import (
     Channel,
     Drive,
     Effect,
+    Observation,
     Parameter,
     Scope,
     Simulator,
@@ -54,28 +55,14 @@ def coverage_of(simulator: Simulator, trial: Trial) -> Coverage:
     """
     short = trial.rows(_middle(trial.time_s))
     seen = simulator.observe(short)
-    taking_part = used(seen)
-    bases = {drive: simulator.predict(short, (), drive) for drive in DRIVES}
-
-    def stands_out(cause: Cause) -> bool:
-        return any(
-            _rms((simulator.predict(short, (cause,), drive) - base) / seen.noise, taking_part).max()
-            > BLIND
-            for drive, base in bases.items()
-        )
-
-    visible = tuple(
-        effect.name
-        for effect in simulator.effects
-        if any(map(stands_out, _examples(effect, places_for(effect, simulator), seen.reach_m)))
-    )
-    live = [bool(column.any()) for column in taking_part.T]
+    hidden = _hidden(simulator, short, seen, simulator.effects)
+    live = [bool(column.any()) for column in used(seen).T]
     pairs = list(zip(simulator.channels, live, strict=True))
     return Coverage(
         measured=tuple(channel for channel, known in pairs if known),
         missing=tuple(channel for channel, known in pairs if not known),
-        visible=visible,
-        hidden=tuple(e.name for e in simulator.effects if e.name not in visible),
+        visible=tuple(e.name for e in simulator.effects if e.name not in hidden),
+        hidden=tuple(e.name for e in simulator.effects if e.name in hidden),
     )
 
 
@@ -129,36 +116,46 @@ def blind_spots(simulator: Simulator, trials: Sequence[Trial]) -> BlindSpots:
     """
     names = [channel.name for channel in simulator.channels]
     measured: set[str] = set()
-    shown: set[str] = set()
     would: dict[str, set[str]] = {effect.name: set() for effect in simulator.effects}
     for trial in trials:
         short = trial.rows(_middle(trial.time_s))
         seen = simulator.observe(short)
-        taking_part = used(seen)
-        live = np.asarray(taking_part.any(axis=0))
+        live = np.asarray(used(seen).any(axis=0))
         measured |= {name for name, known in zip(names, live, strict=True) if known}
-        for drive in DRIVES:
-            open_ones = [effect for effect in simulator.effects if effect.name not in shown]
-            if not open_ones:
-                break
-            base = simulator.predict(short, (), drive)
-            for effect in open_ones:
-                for cause in _examples(effect, places_for(effect, simulator), seen.reach_m):
-                    change = (simulator.predict(short, (cause,), drive) - base) / seen.noise
-                    if (_rms(change, taking_part) > BLIND).any():
-                        shown.add(effect.name)
-                        break
-                    strong = _rms(change, seen.weight > 0) > STRONG
-                    would[effect.name] |= {n for n, one in zip(names, strong, strict=True) if one}
+        open_ones = [effect for effect in simulator.effects if effect.name in would]
+        here = _hidden(simulator, short, seen, open_ones)
+        would = {name: would[name] | strong for name, strong in here.items()}
     missing = tuple(dict.fromkeys(name for name in names if name not in measured))
     return BlindSpots(
         missing,
         tuple(
             BlindSpot(effect.name, tuple(name for name in missing if name in would[effect.name]))
             for effect in simulator.effects
-            if effect.name not in shown
+            if effect.name in would
         ),
     )
+
+
+def _hidden(
+    simulator: Simulator, trial: Trial, seen: Observation, effects: Sequence[Effect]
+) -> dict[str, set[str]]:
+    """Effects that no measured channel of a trial shows; of each, the names of channels that it changes."""
+    names = [channel.name for channel in simulator.channels]
+    taking_part = used(seen)
+    hidden: dict[str, set[str]] = {effect.name: set() for effect in effects}
+    for drive in DRIVES:
+        if not hidden:
+            break
+        base = simulator.predict(trial, (), drive)
+        for effect in [one for one in effects if one.name in hidden]:
+            for cause in _examples(effect, places_for(effect, simulator), seen.reach_m):
+                change = (simulator.predict(trial, (cause,), drive) - base) / seen.noise
+                if (_rms(change, taking_part) > BLIND).any():
+                    del hidden[effect.name]
+                    break
+                strong = _rms(change, seen.weight > 0) > STRONG
+                hidden[effect.name] |= {n for n, one in zip(names, strong, strict=True) if one}
+    return hidden
 
 
 def _rms(change: FloatArray, taking_part: BoolArray) -> FloatArray:

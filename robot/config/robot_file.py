@@ -42,7 +42,7 @@ from robot.config.safety import BodyLimits, RecoverySettings, read_body_limits, 
 from robot.config.servo import SafetyLimits, read_servo
 from robot.config.stance import check_stance
 from robot.config.undriven import (
-    DRIVES,
+    DRIVING_TABLES,
     UNKNOWN,
     no_servo,
     no_servo_bus,
@@ -143,7 +143,7 @@ def parse_robot(text: str) -> RobotConfig:
     """
     top = parse_table(text)
     name, leg = top.text("name"), read_leg(top)
-    if isinstance(leg, ChainParameters) or not DRIVES.intersection(top.names()):
+    if isinstance(leg, ChainParameters) or not DRIVING_TABLES.intersection(top.names()):
         return _undriven(text, top, leg)
     legs, bus_columns = _legs(top.table("legs"), leg)
     servo = read_servo(top.table("servo"), legs.count)

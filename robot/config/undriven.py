@@ -14,7 +14,7 @@ from model.values.parameters import ChainParameters, LegGeometry, ServoParameter
 
 UNKNOWN = float("nan")
 # Tables of a robot file that say how it is driven; one that has none of them is of a robot that is measured
-DRIVES = frozenset({"servo", "servo_bus", "loop", "gait", "safety", "force_sensor"})
+DRIVING_TABLES = frozenset({"servo", "servo_bus", "loop", "gait", "safety", "force_sensor"})
 
 
 def not_driven(leg: LegGeometry) -> ConfigError:

@@ -10,7 +10,7 @@ import tomlkit
 from model.errors import ConfigError
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot, parse_robot
-from robot.config.undriven import DRIVES
+from robot.config.undriven import DRIVING_TABLES
 from robot.control.controller import Controller
 from robot.gap_report.abilities import odometry_ability
 from robot.virtual.twin_run import make_twin, plan_of, walk_fast
@@ -51,15 +51,11 @@ def test_it_is_not_driven_and_says_what_to_add(file: Path) -> None:
         Controller(load_robot(file, driven=False), (), armed=False)
 
 
-@pytest.mark.parametrize("table", sorted(DRIVES))
+@pytest.mark.parametrize("table", sorted(DRIVING_TABLES))
 def test_a_table_of_what_drives_it_makes_the_rest_missing(table: str) -> None:
     """A forgotten table is an error that names it, and no robot without servos."""
-    if table == "loop":
-        text = measured_only() + "\n[loop]\nrate = 100\n"
-    else:
-        text = measured_only() + f"\n[{table}]\n"
     with pytest.raises(ConfigError, match="is missing"):
-        parse_robot(text)
+        parse_robot(f"{measured_only()}\n[{table}]\n")
 
 
 def test_it_is_shown_standing(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
