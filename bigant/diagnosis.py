@@ -16,7 +16,7 @@ from robot.console.json_output import json_text
 from robot.gap_report.diagnose import diagnosis_of, diagnosis_result, simulator_of
 from robot.gap_report.split import with_hold_out
 from robot.gap_report.summary import summary_lines
-from robot.gap_report.trials import Runs, check_same_machine, read_trials, runs_of
+from robot.gap_report.trials import Runs, check_runs, read_trials, runs_of
 from robot.gap_report.words import machine_words
 from robot.requests.gap import GapDiagnoseRequest
 
@@ -133,7 +133,7 @@ def diagnose(
         Path(f"run {number}") if isinstance(one, Trial) else path_of(one)
         for number, one in enumerate((*own, *healthy), start=1)
     )
-    check_same_machine(everything, files)
+    check_runs(everything, files)
     count = len(own)
     robot, other = _replacement(machine)
     read = runs_of(everything[:count], everything[count:], robot, other)

@@ -77,7 +77,7 @@ def make(trials):
     return TendonJoints(trials[0].joints)
 
 
-def made_up_trial(stretch):
+def made_up_trial(stretch, seed=0):
     """A run of a finger whose tendon gives, with the noise of its encoder."""
     t = np.arange(1500) / 50
     command, torque = np.sin(0.9 * t) + 0.3 * np.sin(4 * t), 0.5 + np.cos(0.9 * t)
@@ -87,7 +87,7 @@ def made_up_trial(stretch):
     error = make([trial]).predict(
         trial, [Cause("tendon_stretch", ("finger",), (stretch,))], Drive.COMMAND
     )
-    noise = np.random.default_rng(0).normal(0, 0.001, len(t))
+    noise = np.random.default_rng(seed).normal(0, 0.001, len(t))
     columns["shaft_finger_rad"] = command + error[:, 0] + noise
     return build_trial(header, [TableColumn(*one) for one in columns.items()])
 

@@ -1,6 +1,7 @@
 """Simulators that differ from another one in one thing, and leave it all else."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from gap.interfaces import (
     Cause,
@@ -16,6 +17,8 @@ from model.values.arrays import FloatArray
 from record.trial.header import TrialHeader
 from record.trial.trial import Trial
 
+OTHER_SIZE = 1.5  # times as heavy or as large: no load that a machine may carry makes it that
+
 ManyRequest = tuple[Trial, tuple[Cause, ...], Drive]
 PredictMany = Callable[[Sequence[ManyRequest]], list[FloatArray]]
 
@@ -24,6 +27,26 @@ def many_of(simulator: Simulator) -> PredictMany | None:
     """Return how a simulator predicts many sets of causes at once, on threads of its own, or None."""
     many: PredictMany | None = getattr(simulator, "predict_many", None)
     return many
+
+
+@dataclass(frozen=True, slots=True)
+class MachineSize:
+    """A weight or a length that says which machine it is, such as 64 N of weight."""
+
+    name: str
+    value: float
+    unit: str
+
+    @property
+    def words(self) -> str:
+        """The value with its unit."""
+        return f"{self.value:.3g} {self.unit}"
+
+
+def sizes_of(simulator: Simulator) -> tuple[MachineSize, ...]:
+    """Return what a simulator says of its machine's size; nothing where it says nothing."""
+    sizes: tuple[MachineSize, ...] = getattr(simulator, "sizes", ())
+    return sizes
 
 
 class Delegate:
@@ -87,7 +110,8 @@ def machine_key(header: TrialHeader) -> MachineKey:
 class MachineOfEach(Delegate):
     """Trials of machines that differ in their files only: each trial is simulated with its own.
 
-    The catalogue holds the effects that all of them have, so that a cause can be of all of them.
+    The catalogue holds the effects that all of them have, so that a cause can be of all of them. Its
+    numbers stay within the bounds of each machine, which grow with its size.
 
     Args:
         machines: What each trial says of its machine (``machine_key``), what it is called in messages, and
@@ -102,12 +126,7 @@ class MachineOfEach(Delegate):
         super().__init__(first)
         for _, name, other in machines[1:]:
             _refuse_different(first_name, first, name, other)
-        own = [{effect.name: effect for effect in one.effects} for _, _, one in machines]
-        self.effects = tuple(
-            effect
-            for effect in first.effects
-            if all(_same_numbers(effect, known.get(effect.name)) for known in own)
-        )
+        self.effects = tuple(_common(first.effects, [one.effects for _, _, one in machines[1:]]))
         self._of = {key: one for key, _, one in machines}
 
     @property
@@ -118,6 +137,15 @@ class MachineOfEach(Delegate):
     def of(self, trial: Trial) -> Simulator:
         """Return the simulator of a trial's own machine."""
         return self._of.get(machine_key(trial.header), self.inner)
+
+    def check(self, trial: Trial) -> tuple[DataFault, ...]:
+        """Check as the trial's simulator does, and that its machine is as large as the first one."""
+        own = self.of(trial)
+        apart = _other_size(sizes_of(self.inner), sizes_of(own))
+        if not apart:
+            return own.check(trial)
+        words = f"{trial.header.robot_file or 'its file'} {apart}"
+        return (DataFault("other_machine", "machine", words, True), *own.check(trial))
 
 
 def _refuse_different(first: str, one: Simulator, name: str, other: Simulator) -> None:
@@ -141,10 +169,46 @@ def _channel_words(simulator: Simulator) -> tuple[str, ...]:
     return tuple(f"{c.name} {c.joint} [{c.unit}]".replace("  ", " ") for c in simulator.channels)
 
 
-def _same_numbers(one: Effect, other: Effect | None) -> bool:
-    return other is not None and [p.name for p in one.parameters] == [
-        p.name for p in other.parameters
-    ]
+def _common(ours: Sequence[Effect], others: Sequence[Sequence[Effect]]) -> Iterator[Effect]:
+    """Yield the effects that all machines have, with bounds that hold for all of them."""
+    known = [{effect.name: effect for effect in one} for one in others]
+    for effect in ours:
+        same = [one.get(effect.name) for one in known]
+        alike = [other for other in same if other is not None and _names(other) == _names(effect)]
+        if len(alike) == len(known) and (within := _within(effect, alike)) is not None:
+            yield within
+
+
+def _names(effect: Effect) -> list[str]:
+    return [p.name for p in effect.parameters]
+
+
+def _within(effect: Effect, others: Sequence[Effect]) -> Effect | None:
+    """The effect with its numbers within the bounds of others, too; None where nothing is left of them.
+
+    Where bounds are the same it is the effect itself.
+    """
+    parameters = []
+    for p, *theirs in zip(effect.parameters, *(one.parameters for one in others), strict=True):
+        lower = max(p.lower, *(one.lower for one in theirs)) if theirs else p.lower
+        upper = min(p.upper, *(one.upper for one in theirs)) if theirs else p.upper
+        if not lower <= p.neutral <= upper or not lower < upper:
+            return None
+        parameters.append(replace(p, lower=lower, upper=upper))
+    kept = tuple(parameters)
+    return effect if kept == effect.parameters else replace(effect, parameters=kept)
+
+
+def _other_size(ours: Sequence[MachineSize], theirs: Sequence[MachineSize]) -> str:
+    """Say in what one machine is of another size than the other; empty where it is not."""
+    known = {one.name: one for one in ours}
+    for one in theirs:
+        first = known.get(one.name)
+        if first is not None and not 1 / OTHER_SIZE < one.value / first.value < OTHER_SIZE:
+            return (
+                f"has a {one.name} of {one.words}, the file of the first trial one of {first.words}"
+            )
+    return ""
 
 
 class Without(Delegate):

@@ -112,7 +112,7 @@ class DataFault:
 
     Attributes:
         kind: ``unit``, ``sign``, ``wrap``, ``magnitude_only``, ``swapped``, ``frozen``, ``spikes``,
-            ``gap``, ``clock_offset`` or ``saturated``.
+            ``gap``, ``clock_offset``, ``saturated`` or ``other_machine``.
         channel: Column of the trial table, or a group such as ``body``.
         evidence: One sentence with figures.
         severe: Whether what follows cannot be trusted until it is fixed.

@@ -19,6 +19,7 @@ from gap.residuals.chances import promised
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, whitened_runs
+from gap.rounding import percent_words
 from gap.search.fit import Fitted
 from gap.search.options import CAUSE_LEVEL, worth_size
 from gap.search.screen import Signature, Signatures
@@ -85,12 +86,18 @@ class Detection:
             "change": (self.p_change, "change as much in the course of runs"),
             "energy": (self.p_energy, f"leave as much energy in {self.energy_in}"),
         }[self.nearest]
-        cycles = " that differs from cycle to cycle" if self.in_cycles else ""
+        if self.nearest == "energy" and self.in_cycles:
+            what += " that differs from cycle to cycle"
         percent = f"{100.0 * chance:.2g}" if chance > LEAST_FIGURE else "less than 0.001"
         return (
-            f"why a gap: {percent} % of healthy sets of trials {what}"
-            f"{cycles if self.nearest == 'energy' else ''}"
+            f"why a gap: {percent} % of healthy sets of trials {what}, if they scatter as estimated from "
+            f"{self.references} references ({percent_words(self.by_count)} by counting these alone)"
         )
+
+    @property
+    def by_count(self) -> float:
+        """Chance that one more healthy run is the most unusual of all: no count of them promises less."""
+        return 1.0 / (self.references + 1)
 
 
 def _in_levels(p_cause: float, p_change: float, p_energy: float) -> dict[str, float]:

@@ -198,10 +198,11 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
     ambiguous = open_rivals(evidence, selection, [own for _, own in shared], fit.nats_after)
     reported = with_rough_means(evidence.effects, selection.fitted.causes, errors)
     named = named_causes(selection, [one for one, _ in shared], far, trends, reported, clear)
-    # with references a small gap's share is lost in their scatter, and they judge what is left instead
-    mostly = bool(comparison.study.references) or not far.shrink < MOSTLY
+    # with references a small gap's share is lost in their scatter, and they judge what is left instead;
+    # but causes with which held-out runs are surely predicted worse explain nothing
+    helps = not (far.high < 0.0 if comparison.study.references else far.shrink < MOSTLY)
     return _Answer(
-        verdict_of(exists, named, none, ambiguous, mostly=mostly and not hunts),
+        verdict_of(exists, named, none, ambiguous, helps=helps and not hunts),
         detection,
         change if detection is not None and detection.by_change else None,
         hunts,

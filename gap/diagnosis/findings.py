@@ -273,8 +273,17 @@ class Diagnosis:
         )
         return (
             f"There is a gap{place} that the catalogue does not explain; {_names(self.causes)} {comes} "
-            f"closest and {much} in the fitted runs.{self._new_ground}"
+            f"closest and {much} in the fitted runs{self._worse_held_out}.{self._new_ground}"
         )
+
+    @property
+    def _worse_held_out(self) -> str:
+        """That held-out runs are surely predicted worse with the causes, end to end."""
+        if not self.far.high < 0.0:
+            return ""
+        verb = "is" if self.far.runs == 1 else "are"
+        with_them = "with it" if len(self.causes) == 1 else "with them"
+        return f", but from commands alone {self.held_out} {verb} predicted worse {with_them}"
 
     @property
     def _hunting_words(self) -> str:
@@ -382,7 +391,7 @@ class Diagnosis:
         return (
             f"false-alarm rate: aimed at {percent_words(float(FALSE_ALARMS))}; "
             f"{self.detection.references} references alone can guarantee no less than "
-            f"{percent_words(1.0 / (self.detection.references + 1))}"
+            f"{percent_words(self.detection.by_count)}"
         )
 
     @property

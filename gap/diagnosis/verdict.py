@@ -50,18 +50,19 @@ def verdict_of(
     none: float,
     ambiguous: Sequence[OpenRival],
     *,
-    mostly: bool = True,
+    helps: bool = True,
 ) -> Verdict:
     """Choose among the four; a cause on a bound of its values explains nothing.
 
-    Nor do causes that explain the lesser part, or leave a joint that hunts (``mostly`` is not so).
+    Nor do causes that do not help to predict held-out runs, or leave a joint that hunts (``helps`` is
+    False).
 
     It is not ambiguous for causes that explain next to nothing: the rest is what the simulator lacks.
     """
     if not exists:
         return Verdict.NO_GAP
     on_bound = any(value.on_bound for one in named for value in one.values)
-    if not named or none > NONE_LIKELY or on_bound or not mostly:
+    if not named or none > NONE_LIKELY or on_bound or not helps:
         return Verdict.UNEXPLAINED
     doubted = {one.of for one in ambiguous}
     shares = np.array([one.shrink for one in named])  # NaN where runs are too few to tell

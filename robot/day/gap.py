@@ -10,7 +10,7 @@ from model.errors import BigantError
 from record.trial.trial import Trial
 from robot.day.runs import DayRun
 from robot.gap_report.diagnose import diagnosis_of, simulator_of
-from robot.gap_report.trials import check_same_machine, read_trials, runs_of
+from robot.gap_report.trials import check_runs, read_trials, runs_of
 from robot.gap_report.words import machine_words
 from robot.requests.gap import GapDiagnoseRequest
 
@@ -80,7 +80,7 @@ def gap_of_day(
     paths, earlier = (tuple(path for path, _ in each) for each in (trials, healthy))
     everything = [trial for _, trial in (*trials, *healthy)]
     try:
-        check_same_machine(everything, (*paths, *earlier))
+        check_runs(everything, (*paths, *earlier))
         read = runs_of(everything[: len(trials)], everything[len(trials) :])
         request = GapDiagnoseRequest(trials=paths, reference=earlier, jobs=jobs)
         diagnosis = diagnosis_of(read, simulator_of(read, request), request, progress)

@@ -22,6 +22,7 @@ from record.trial.header import KIND_OF_SUFFIX, LEGGED, TrialHeader, kind_of
 from record.trial.header_file import machine_tables, read_machine
 from record.trial.trial import Trial, read_trial
 from robot.gap_report.answer import RUN_SUFFIXES, DiagnosedRuns
+from robot.gap_report.each_once import check_each_once
 from robot.gap_report.legged import NO_FILE, robot_text
 
 
@@ -179,7 +180,8 @@ def read_runs(
 
     Raises:
         RecordError: A file cannot be read.
-        GapError: They are of different machines, or one whose joints cannot be taken apart.
+        GapError: They are of different machines, one recording is there twice, or joints cannot be taken
+            apart.
     """
     everything = read_trials((*trials, *references), tuple(joints))
     return runs_of(everything[: len(trials)], everything[len(trials) :], robot, machine)
@@ -212,19 +214,20 @@ def read_trials(paths: Sequence[Path], joints: tuple[str, ...] = ()) -> tuple[Tr
 
     Raises:
         RecordError: A file cannot be read.
-        GapError: They are of different machines, or one whose joints cannot be taken apart.
+        GapError: They are of different machines, one recording is there twice, or joints cannot be taken
+            apart.
     """
     trials = tuple(_read(path) for path in paths)
     if joints:
         if trials[0].header.kind == LEGGED:
             raise GapError("--joint is for benches of servos; these runs are of a legged robot")
         trials = tuple(trial.only(joints) for trial in trials)
-    check_same_machine(trials, paths)
+    check_runs(trials, paths)
     return trials
 
 
-def check_same_machine(trials: Sequence[Trial], names: Sequence[object]) -> None:
-    """Make sure that trials are of one machine; ``names`` is what they are called in the error.
+def check_runs(trials: Sequence[Trial], names: Sequence[object]) -> None:
+    """Make sure that trials are of one machine, and each there once; ``names`` are for the error.
 
     Raises:
         GapError: They are not.
@@ -236,6 +239,7 @@ def check_same_machine(trials: Sequence[Trial], names: Sequence[object]) -> None
                 f"{name} is of another machine than {names[0]}: {trial.header.kind} with "
                 f"{', '.join(trial.header.joints) or 'no joints'}; diagnose one machine at a time"
             )
+    check_each_once(trials, names)
 
 
 def _read(path: Path) -> Trial:

@@ -52,6 +52,7 @@ DATA_REMEDIES = MappingProxyType({
     "spikes": "check the sensor's cable; remove the lone samples",
     "clock_offset": "align the clocks of what was recorded apart",
     "saturated": "record again with a larger range of the sensor",
+    "other_machine": "give references and trials of one machine, or correct the file of those that name it",
 })  # fmt: skip
 ENOUGH = f"{ENOUGH_SEPARATION:.0f}"
 

@@ -27,7 +27,7 @@ def test_a_function_and_its_file_give_the_same_answer(lab: dict[str, Any]) -> No
 
 
 def test_the_runs_that_judge_can_be_chosen(lab: dict[str, Any]) -> None:
-    runs = [lab["made_up_trial"](stretch=0.06) for _ in range(3)]
+    runs = [lab["made_up_trial"](stretch=0.06, seed=seed) for seed in range(3)]
     chosen = bigant.diagnose(runs, machine=lab["make"], hold_out=["trial=run 1", "trial=run 3"])
     assert "held out for testing: run 1, run 3" in repr(chosen)
     thirds = bigant.diagnose(runs, machine=lab["make"], hold_out="last-third")
@@ -41,6 +41,6 @@ def test_the_runs_that_judge_can_be_chosen(lab: dict[str, Any]) -> None:
 def test_a_choice_that_no_run_meets_is_refused(
     lab: dict[str, Any], hold_out: str, words: str
 ) -> None:
-    run = lab["made_up_trial"](stretch=0.06)
+    runs = [lab["made_up_trial"](stretch=0.06, seed=seed) for seed in range(2)]
     with pytest.raises(bigant.BigantError, match=words):
-        bigant.diagnose([run, run], machine=lab["make"], hold_out=hold_out)
+        bigant.diagnose(runs, machine=lab["make"], hold_out=hold_out)

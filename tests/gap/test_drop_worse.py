@@ -9,6 +9,7 @@ import gap.diagnosis.drop_worse as drop_module
 from gap.diagnosis import held_stage
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.drop_worse import drop_unclear, drop_worse
+from gap.diagnosis.findings import Verdict
 from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.held_stage import helps_its_stage
 from gap.diagnosis.how_far import HowFar, how_far
@@ -82,6 +83,24 @@ def test_the_reader_is_told_what_the_whole_chain_says(monkeypatch: pytest.Monkey
     said = diagnose(trials, Toy(), references)
     assert [one.effect for one in said.causes] == ["stiffness"]
     assert any("end to end" in one for one in said.warnings)
+
+
+def surely_worse(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
+    """The same, and that they make the gap half as large again, beyond any doubt."""
+    return replace(all_worse(held, causes, seed), shrink=-0.5, low=-0.6, high=-0.4)
+
+
+def test_what_makes_held_out_runs_surely_worse_explains_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It may be there, as measured inputs say; but a simulator that has it predicts no better."""
+    trials, references = toy_case([Cause("stiffness", ("c",), (0.8,))], 3), toy_references(3)
+    assert diagnose(trials, Toy(), references).verdict is Verdict.EXPLAINED
+    monkeypatch.setattr(drop_module, "how_far", surely_worse)
+    said = diagnose(trials, Toy(), references)
+    assert said.verdict is Verdict.UNEXPLAINED
+    assert [one.effect for one in said.causes] == ["stiffness"]
+    assert "but from commands alone a held-out run is predicted worse with it" in said.sentence
 
 
 def all_idle(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:

@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from gap.data.check import check_trial
+from gap.delegate import MachineSize
 from gap.interfaces import Cause, DataFault, Drive, Effect, Observation
 from gap.machines.legged.chain import LeggedChain
 from gap.machines.legged.channels import channels, cycles_of, make_observation, to_channels
@@ -42,6 +43,11 @@ class LeggedSimulator:
         if not machine.names.one_joint_a_leg:
             self.effects = tuple(replace(e, parts=places_of(e, machine.names)) for e in effects)
         self.channels = channels(machine.names)
+        size = machine.size
+        self.sizes = (
+            MachineSize("weight", size.weight_n, "N"),
+            MachineSize("reach", size.reach_m, "m"),
+        )
         self._added = added
         self._chain = LeggedChain(machine)
         self._inputs = lru_cache(maxsize=TRIALS_REMEMBERED)(self._make_inputs)

@@ -1,0 +1,47 @@
+"""Each run counts once: a recording that is given twice says nothing of how much runs differ."""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import fields
+
+import numpy as np
+
+from model.errors import GapError
+from record.trial.trial import Trial
+
+
+def check_each_once(trials: Sequence[Trial], names: Sequence[object]) -> None:
+    """Make sure that no recording is given twice, as trial, as reference, or as both.
+
+    Only readings are compared, not when they were taken: a copy may begin at another time.
+
+    Args:
+        trials: Trials and references.
+        names: What they are called in the error.
+
+    Raises:
+        GapError: Two of them have the same readings.
+    """
+    seen: dict[bytes, object] = {}
+    for trial, name in zip(trials, names, strict=True):
+        own = _digest(trial)
+        if own in seen:
+            words = (
+                "is given twice" if seen[own] == name else f"has the same readings as {seen[own]}"
+            )
+            raise GapError(
+                f"{name} {words}: one recording is one run, and may not be both a trial and a reference; "
+                "leave one of the two out"
+            )
+        seen[own] = name
+
+
+def _digest(trial: Trial) -> bytes:
+    """Tell readings from others; two that are missing are alike."""
+    hashed = hashlib.sha256()
+    for one in fields(trial):
+        values = getattr(trial, one.name)
+        if isinstance(values, np.ndarray) and one.name != "time_s":
+            hashed.update(one.name.encode() + str(values.shape).encode())
+            hashed.update(np.ascontiguousarray(values).tobytes())
+    return hashed.digest()
