@@ -3,6 +3,7 @@
 import json
 import shutil
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -10,11 +11,14 @@ from typing import Any
 import pytest
 
 from gap.diagnosis.findings import Verdict
+from model.values.arrays import readonly
+from record.trial.trial import write_trial
 from robot.cli import main as cli
 from robot.day import gap as day_gap
 from robot.day.gap import gap_of_day
 from robot.day.runs import DayRun, logs_of, read_runs_of_day
 from robot.day.text import day_lines, day_sentence
+from robot.gap_report.trials import read_trials
 
 
 @pytest.fixture(scope="module")
@@ -111,8 +115,11 @@ def test_without_a_readable_log_the_exit_code_is_1_and_a_wrong_folder_is_an_erro
 
 
 def test_the_gap_is_of_all_whole_runs_of_the_day_together(
-    runs: tuple[DayRun, ...], monkeypatch: pytest.MonkeyPatch, day: Path
+    runs: tuple[DayRun, ...], monkeypatch: pytest.MonkeyPatch, day: Path, tmp_path: Path
 ) -> None:
+    (walk,) = read_trials((day / "cycle.mcap",))
+    earlier = tmp_path / "earlier.parquet"
+    write_trial(replace(walk, shaft_rad=readonly(walk.shaft_rad + 1e-4)), earlier)
     asked: list[Any] = []
 
     def diagnosed(read: Any, simulator: Any, request: Any, progress: Any) -> Any:
@@ -122,15 +129,17 @@ def test_the_gap_is_of_all_whole_runs_of_the_day_together(
 
     monkeypatch.setattr(day_gap, "diagnosis_of", diagnosed)
     monkeypatch.setattr(day_gap, "simulator_of", lambda read, request: None)
-    references: Sequence[Path] = (day / "cycle.mcap", day / "broken.mcap")
+    references: Sequence[Path] = (earlier, day / "broken.mcap")
     gap = gap_of_day(runs, references, 1, lambda _w, _s: None)
     ((read, request),) = asked
     assert [one.name for one in request.trials] == ["cycle.mcap", "short.mcap"]
-    assert request.reference == (day / "cycle.mcap",)
+    assert request.reference == (earlier,)
     assert (len(read.trials), len(read.references)) == (2, 1)
     assert gap.verdict == "NO GAP"
     assert [path.name for path, _ in gap.left_out] == ["broken.mcap"]
     assert "gap: NO GAP. No gap." in "\n".join(day_lines(runs, gap, 80))
+    again = gap_of_day(runs, (day / "cycle.mcap",), 1, lambda _w, _s: None)
+    assert "cycle.mcap is given twice" in again.words
 
 
 def test_without_a_run_that_can_be_read_there_is_no_page(
