@@ -18,6 +18,7 @@ from gap.constants import (
     HELD_OUT_MOST,
     LAW_GAIN,
     LEAST_SIZE,
+    MAY_REACH,
     PLACE_SHARE,
     REST_SHARE,
     SIZEABLE,
@@ -47,7 +48,6 @@ MOST_MORE = 8  # causes
 FITTED = 3  # joints, or places, at each step
 FITTED_BY_SHARE = 4  # candidates that explain much of their channels, at each step
 WALKED = 60  # candidates at single joints that are predicted at a few sizes, at each step
-MAY_REACH = 0.7  # of the share that it must close, and of its size, before it is fitted
 SMALLER = (1.0, 0.75, 0.5, 0.25)  # of its size, if it acted everywhere
 AS_A_LAW = Search(least_gain=LAW_GAIN, least_size=LEAST_SIZE, walk=True)
 

@@ -18,6 +18,8 @@ from scipy import special
 
 from gap.constants import (
     CHANGE_LEVEL,
+    EVEN_CHANGE,
+    FEWEST_CYCLES,
     JOINTS_SHARE,
     LEAST_CHANGE,
     NEARLY_AS_SURE,
@@ -31,7 +33,6 @@ from gap.search.fit import Fitted
 from gap.search.scatter import scatter
 from model.values.arrays import FloatArray
 
-FEWEST_CYCLES = 2.5  # of a run, from which its slope is told
 FEWEST_RUNS = 2
 SEEN = 1e-4  # how unlike a cause and the growing one must be
 FAINT = 1e-2  # nats that a growth of a cause's own size must have to be seen
@@ -135,7 +136,7 @@ def none_with(
     ]
     if p_change < CHANGE_LEVEL:
         sure.append(p_change / CHANGE_LEVEL)
-    kept = 0.5 * min(sure) if sure else 1.0
+    kept = EVEN_CHANGE * min(sure) if sure else 1.0
     return none + (1.0 - none) * (1.0 - kept)
 
 

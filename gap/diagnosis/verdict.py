@@ -4,7 +4,14 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from gap.constants import CLEAR_EXCESS, FALSE_ALARMS, IN_DOUBT_SHARE, MOST_PART, NONE_LIKELY
+from gap.constants import (
+    CLEAR_EXCESS,
+    EXCESS_ERRORS,
+    FALSE_ALARMS,
+    IN_DOUBT_SHARE,
+    MOST_PART,
+    NONE_LIKELY,
+)
 from gap.diagnosis.ambiguity import OpenRival
 from gap.diagnosis.detection import Detection
 from gap.diagnosis.findings import NamedCause, Value, Verdict
@@ -40,7 +47,7 @@ def gap_exists(
     if detection is not None:
         return detection.below
     excess, count = evidence.excess(evidence.base), evidence.count.sum(axis=0)
-    limit = np.fmax(CLEAR_EXCESS, 1.0 + 5.0 * np.sqrt(2.0 / np.fmax(count, 1.0)))
+    limit = np.fmax(CLEAR_EXCESS, 1.0 + EXCESS_ERRORS * np.sqrt(2.0 / np.fmax(count, 1.0)))
     return bool(np.any(excess > limit))
 
 

@@ -10,7 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.constants import FEW_RATIO, GAIT_CORRELATION, LOG_FREQUENCY, TRAPPED_RATIO
+from gap.constants import (
+    FEW_RATIO,
+    GAIT_CORRELATION,
+    LOG_FREQUENCY,
+    LOW_HARMONICS,
+    OWN_POWER,
+    TRAPPED_RATIO,
+)
 from gap.interfaces import Channel
 from gap.residuals.part_error import PartError, columns_alike, most_dependent, phase_basis, rms
 from gap.residuals.parts import RunCondition, TrialPart
@@ -19,7 +26,6 @@ from model.values.arrays import BoolArray, FloatArray, IntArray
 
 STARTING_TURNS = 2  # the noise of a start is in what seems to repeat, until it is known
 WHOLE_CYCLES = 2  # of a run whose cycles are compared with each other
-LOW = 6  # harmonics, up to which they share a ratio
 POWERS = np.concatenate([[0.0], np.geomspace(1e-3, 1e4, 24)])  # of a misfit, in units of noise
 SMALLEST = 1e-300
 RATIOS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # repeat variance over misfit variance
@@ -194,7 +200,11 @@ def _bands(columns: int) -> list[IntArray]:
     """Columns of ``phase_basis`` that share a ratio: its low harmonics, and its high ones."""
     every = np.arange(columns)
     number = (every + 1) // 2  # of the harmonic
-    return [band for band in (every[number <= LOW], every[number > LOW]) if len(band)]
+    return [
+        band
+        for band in (every[number <= LOW_HARMONICS], every[number > LOW_HARMONICS])
+        if len(band)
+    ]
 
 
 def _likeliest(seen: FloatArray, covariance: FloatArray) -> tuple[float, FloatArray]:
@@ -209,7 +219,7 @@ def _likeliest(seen: FloatArray, covariance: FloatArray) -> tuple[float, FloatAr
     nats -= 0.5 * np.log(variances).sum(axis=1)[:, None, None]
     together = nats.sum(axis=2)
     each, pooled = POWERS[nats.argmax(axis=0)], POWERS[together.argmax(axis=0)]
-    return float(together.max(axis=0).sum()), 0.5 * each + 0.5 * pooled[:, None]
+    return float(together.max(axis=0).sum()), OWN_POWER * each + (1.0 - OWN_POWER) * pooled[:, None]
 
 
 def _correlation(

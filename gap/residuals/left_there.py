@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gap.constants import MOST_LEFT
 from model.values.arrays import BoolArray, FloatArray
 
 FEWEST_OTHERS = 2  # joints with the same channel, from which there is something to compare with
-MOST_LEFT = 3.0  # more says no more
 
 
 @dataclass(frozen=True, slots=True, eq=False)

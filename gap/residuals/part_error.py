@@ -9,16 +9,10 @@ from functools import cached_property
 
 import numpy as np
 
+from gap.constants import ALL_ALIKE, FRAMES_A_PERIOD, HARMONICS, SHORTEST_CYCLES, UNCORRELATED
 from gap.residuals.parts import TrialPart
 from gap.residuals.starting import Starting, noise_of_frames
 from model.values.arrays import BoolArray, FloatArray
-
-# What repeats beyond them counts as noise. With six, and in part with twelve, the sharp errors of servos
-# that turn round or hurry did, and hid whether commands come late or a loop is slow.
-HARMONICS = 36
-FRAMES_A_PERIOD = 3.0  # of the highest harmonic
-SHORTEST_CYCLES = 1.5  # of a run whose harmonics are measured
-ALL_ALIKE = 8.0  # independent frames that a run has at least, however alike its frames are
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,8 +77,8 @@ def phase_basis(part: TrialPart) -> FloatArray:
     if not np.isfinite(cycle).all():
         return one
     turned = abs(cycle[-1] - cycle[0])
-    most = HARMONICS if turned == 0.0 else int((part.frames - 1) / turned / FRAMES_A_PERIOD)
-    angle = 2 * np.pi * cycle[:, None] * np.arange(1, min(HARMONICS, most) + 1)
+    most = int(HARMONICS) if turned == 0.0 else int((part.frames - 1) / turned / FRAMES_A_PERIOD)
+    angle = 2 * np.pi * cycle[:, None] * np.arange(1, min(int(HARMONICS), most) + 1)
     waves = np.stack([np.cos(angle), np.sin(angle)], axis=2).reshape(part.frames, -1)
     return np.hstack([one, np.sqrt(2) * waves])[:, : part.frames]
 
@@ -138,7 +132,7 @@ def _dependence(error: FloatArray) -> FloatArray:
     lags = np.fft.irfft(spectrum, size, axis=0)[: max(frames // 4, 2)]
     lags = lags / np.where(lags[0] > 0, lags[0], 1.0)
     # summed up to the first lag that is not above chance
-    gone = lags < 0.1
+    gone = lags < UNCORRELATED
     end = np.where(gone.any(axis=0), gone.argmax(axis=0), len(lags))
     before: BoolArray = np.arange(len(lags))[:, None] < end
     return np.asarray(np.clip(2 * np.sum(lags * before, axis=0) - 1, 1.0, most_dependent(frames)))

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gap.constants import HELD_OUT_SHARE, LAST_BLOCK, SHORTEST_BLOCK_S
 from gap.interfaces import Observation, Simulator
 from gap.residuals.command_cycle import CommandCycle, command_cycle_of
 from gap.residuals.hold_out import HoldOut
@@ -16,8 +17,6 @@ from model.errors import GapError
 from model.values.arrays import FloatArray, IntArray
 from record.trial.trial import Trial
 
-HELD_OUT_SHARE = 0.25
-SHORTEST_BLOCK_S = 1.0
 MOST_FOLDS = 6
 FEWEST_FRAMES = 8
 
@@ -167,7 +166,7 @@ def block_starts(observation: Observation) -> IntArray:
     for frame in at[1:]:
         if time_s[frame] - time_s[starts[-1]] >= SHORTEST_BLOCK_S * (1 - 1e-9):
             starts.append(int(frame))
-    if len(starts) > 1 and time_s[-1] - time_s[starts[-1]] < 0.7 * (
+    if len(starts) > 1 and time_s[-1] - time_s[starts[-1]] < LAST_BLOCK * (
         time_s[starts[-1]] - time_s[starts[-2]]
     ):
         starts.pop()

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gap.constants import NOISIER
 from gap.interfaces import Channel
 from gap.residuals.parts import TrialPart
 from model.values.arrays import FloatArray, IntArray
 
 EDGES_S = (0.25, 0.5, 1.0)  # from the first frame that counts; after the last one it walks
 FEWEST_FRAMES = 8  # of a channel, in all runs together, that tell its noise in a window
-NOISIER = 1.5  # times the noise of walking, from which a window counts as noisier
 
 
 @dataclass(frozen=True, slots=True, eq=False)

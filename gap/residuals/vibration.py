@@ -16,8 +16,10 @@ import numpy as np
 from scipy import special
 
 from gap.constants import (
+    CALM_LEAD,
     STEADY_SCATTER,
     VIBRATES_BY,
+    VIBRATES_FASTER,
     VIBRATES_FREE,
     VIBRATES_SCATTER,
     VIBRATES_UNLIKE,
@@ -29,7 +31,6 @@ from gap.residuals.parts import TrialPart
 from model.effects.causes import Shaking
 from model.values.arrays import FloatArray
 
-FAST = 1.0 / 3.0  # of the frames a second, from which a channel's motion is called vibration
 ORDER = 4
 FEWEST_FRAMES = 60
 
@@ -140,7 +141,7 @@ def _level(part: TrialPart, on: Sequence[int]) -> _Level:
         if counts.sum() < FEWEST_FRAMES:
             continue
         whole = np.interp(np.arange(len(values)), np.flatnonzero(known), values[known])
-        fast = fast_part(whole, FAST)
+        fast = fast_part(whole, float(VIBRATES_FASTER))
         power = np.mean(fast[counts] ** 2), np.mean(values[counts] ** 2)
         if min(power) > 0.0:  # a channel that never moves says nothing
             powers.append(np.log(power))
@@ -170,7 +171,7 @@ def _excess(one: _Run, known: Sequence[_Run]) -> float:
     for at, level in enumerate(one.calm):
         calm = level.fast - float(np.mean([other.calm[at].fast for other in known]))
         # with a lead of less than half over what should be calm, less and less of it counts
-        excess = min(excess, 2.0 * (fast - calm)) if math.isfinite(calm) else excess
+        excess = min(excess, CALM_LEAD * (fast - calm)) if math.isfinite(calm) else excess
     return excess
 
 

@@ -5,7 +5,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from gap.constants import HIDDEN_SHARE, OPEN_LEVEL, REST_SHARE
+from gap.constants import (
+    FIRST_NATS,
+    HIDDEN_SHARE,
+    NEAR_BEST,
+    OPEN_LEVEL,
+    REST_SHARE,
+    SECOND_NATS,
+    SURELY_USUAL,
+)
 from gap.residuals.at_once import each_of
 from gap.residuals.chances import clearer
 from gap.residuals.energies import chance_of_energies
@@ -19,7 +27,6 @@ from gap.search.newest import newest, newest_left
 from gap.search.novelty import Trials, chance_healthy
 from gap.search.options import (
     CAUSE_LEVEL,
-    NEAR,
     Option,
     as_they_act,
     ends_on_bound,
@@ -37,11 +44,8 @@ from model.values.arrays import FloatArray
 
 BESIDE = 4  # candidates at single joints that are fitted beside walked ones of the whole machine
 NEWEST = 4  # candidates that are fitted because they are new to first order, whatever they gain
-# Chance by itself, to first order, from which healthy runs surely show a further cause as well; fitted, it
-# may be far less
-USUAL = 0.05
 # Of a first and of a second list: share of the best's first-order gain and nats that candidates must have.
-LISTS = ((NEAR, 0.5), (0.0, 10.0))
+LISTS = ((NEAR_BEST, FIRST_NATS), (0.0, SECOND_NATS))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -230,7 +234,7 @@ class Look:
             ranked = [
                 gain
                 for gain in ranked
-                if by_itself.get(gain.signature.candidate.family, 0.0) < USUAL
+                if by_itself.get(gain.signature.candidate.family, 0.0) < SURELY_USUAL
             ]
         for near, least in LISTS if self.healthy is not None else LISTS[:1]:
             if self.search.walk:  # what is gained to first order is no measure for what was walked
@@ -270,7 +274,7 @@ class Look:
         One that to first order is far behind is not fitted.
         """
         best, *others = forms
-        near = [best, *(one for one in others if one.nats >= NEAR * best.nats)]
+        near = [best, *(one for one in others if one.nats >= NEAR_BEST * best.nats)]
         return min((self._fitted(selection, one) for one in near), key=rank)
 
     def _fitted(self, selection: Selection, gain: Gain) -> Option:

@@ -8,7 +8,16 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special
 
-from gap.constants import ACTS, CLEAR_ERRORS, FALSE_ALARMS, WORTH_NATS
+from gap.constants import (
+    ACTS,
+    CAUSES_PART,
+    CLEAR_ERRORS,
+    FALSE_ALARMS,
+    FIRST_NATS,
+    MUCH_LESS,
+    NEAR_BEST,
+    WORTH_NATS,
+)
 from gap.interfaces import Cause, Parameter
 from gap.residuals.at_once import ahead_of
 from gap.residuals.evidence import Evidence
@@ -22,14 +31,10 @@ from model.values.arrays import BoolArray, FloatArray
 SHORTLIST = 8
 MOST_OF_AN_EFFECT = 3
 NEAR_PLACES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # of the distance of places that were tried
-# Chance, among all candidates, of a healthy machine showing a cause that is named. The rest of the
-# false alarms is for energies, of which healthy machines hardly ever reach the level.
-CAUSE_LEVEL = 0.8 * FALSE_ALARMS
+# Chance, among all candidates, of a healthy machine showing a cause that is named.
+CAUSE_LEVEL = CAUSES_PART * FALSE_ALARMS
 WALK = (2.5, 6.0)  # times what the first order asks for
 MOST_TIMES = 3  # that a descent begins again because it got stuck
-# Share of a fit's energy; where least squares would leave less, the fit begins again there.
-MUCH_LESS = 0.5
-NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -333,7 +338,10 @@ def _away(gain: Gain, values: tuple[float, ...]) -> float:
 
 
 def shortlist(
-    ranked: Sequence[Gain], most: int = SHORTLIST, near: float = NEAR, least: float = 0.5
+    ranked: Sequence[Gain],
+    most: int = SHORTLIST,
+    near: float = NEAR_BEST,
+    least: float = FIRST_NATS,
 ) -> list[Gain]:
     """Return the candidates worth a fit: near the best, and not all of one effect.
 

@@ -8,6 +8,7 @@ well to first order are fitted in its place. The set that predicts held-out bloc
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 
+from gap.constants import HOPELESS, NEAR_AS_GOOD
 from gap.interfaces import Cause
 from gap.residuals.at_once import each_of
 from gap.residuals.evidence import Evidence
@@ -20,12 +21,7 @@ from gap.search.screen import Signatures, gains
 from gap.search.steps import Selection
 
 IN_PLACE = 2  # candidates that are fitted in a cause's place
-NEAR_AS_GOOD = (
-    0.8  # of what its cause gains to first order, that a candidate must gain to be one of them
-)
 FEW_ROUNDS = 3  # of a fit, that show whether it is worth all of them
-# Share of what a cause gained; another in its place that is farther behind after one round stays behind.
-HOPELESS = 0.3
 
 
 def replaced(look: Look, selection: Selection, signatures: Signatures) -> Selection:

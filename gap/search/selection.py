@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gap.constants import TRIMMED, VIBRATES_LEAST
+from gap.constants import ANEW, NOTHING_LEFT, TRIMMED, VIBRATES_LEAST
 from gap.interfaces import Cause, Effect
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, families_of, too_small
@@ -23,13 +23,10 @@ from model.values.arrays import FloatArray
 WHOLE_SEARCH = Search(pairs=True)
 BY_ITSELF = replace(WHOLE_SEARCH, walk=True)  # where no reference helps
 IDLE = 1e-6  # of a parameter's spread
-# Energy over expectation, little more than that of healthy runs, below which old signatures are kept.
-NOTHING_LEFT = 1.2
 # Families whose signatures are made again, of those that gain most by the old ones. Where they were made
 # for all (seven times, in pairs of 15 realities), one of the 16 that can be fitted was not among them; it
 # gained an eighth of the best.
 MAY_BE_NEXT = 60
-ANEW = 0.3  # share of the score that a law must have closed for all signatures to be made again
 
 
 def select(

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gap.constants import GRIP_LARGEST
 from gap.interfaces import Cause, Drive
 from gap.machines.legged.grip import (
     FEWEST,
-    LARGEST,
     Windows,
     grip_of,
     in_all_windows,
@@ -56,7 +56,7 @@ def test_the_share_of_loaded_frames_alone_counts() -> None:
         for foot in (0, 1):
             rows = force[first:last, foot]
             rows = rows[(rows[:, 2] > 6.0) & np.isfinite(rows).all(axis=1)]
-            share = np.quantile(np.hypot(rows[:, 0], rows[:, 1]) / rows[:, 2], LARGEST)
+            share = np.quantile(np.hypot(rows[:, 0], rows[:, 1]) / rows[:, 2], GRIP_LARGEST)
             assert grip[first:last, foot] == pytest.approx(np.log(share))
 
 

@@ -9,13 +9,14 @@ from typing import cast
 import numpy as np
 import pytest
 
+from gap.constants import MOST_LEFT
 from gap.diagnosis.coverage import unwatched_stages
 from gap.diagnosis.diagnose import _roughness, diagnose
 from gap.diagnosis.findings import Diagnosis
 from gap.diagnosis.how_far import ChannelShrink, HowFar
 from gap.diagnosis.probability import Fit, left_of, none_of_them
 from gap.interfaces import Cause, Channel, Effect
-from gap.residuals.left_there import MOST_LEFT, HeldOutEnergies, left_at_joint, made_worse
+from gap.residuals.left_there import HeldOutEnergies, left_at_joint, made_worse
 from gap.search.steps import Selection
 from model.effects.catalogue import CATALOGUE
 from tests.gap.toy import CHANNELS, EFFECTS, Toy, toy_case, toy_references

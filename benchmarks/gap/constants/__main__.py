@@ -2,7 +2,8 @@
 
 Writes ``docs/gap_constants.toml``, from which ``make docs`` makes the page. Every change is judged in a
 process of its own (``judged``): on known cases of small machines (``toy_cases``, ``servo_cases``), or, with
-``--campaigns``, on the saved answers of campaigns whose labels are open, for probabilities.
+``--campaigns``, on the saved answers of campaigns whose labels are open, for probabilities, or, with
+``--diagnose``, on a few of their cases, diagnosed again (``legged_cases``).
 """
 
 import argparse
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.gap.constants.changes import (
+    OF_LEGGED,
     OF_PROBABILITIES,
     half_and_twice,
     known,
@@ -40,11 +42,22 @@ def main() -> None:
     parser.add_argument(
         "--campaigns", type=Path, nargs="+", default=[], help="judge their saved answers again"
     )
+    parser.add_argument(
+        "--diagnose",
+        type=Path,
+        nargs="+",
+        default=[],
+        help="diagnose these cases: CAMPAIGN/cases/NAME",
+    )
     request = parser.parse_args()
     one_thread()
-    names = request.only or (OF_PROBABILITIES if request.campaigns else list(known()))
-    measured = _measured(names, tuple(request.campaigns), request.jobs)
-    section = "legged" if request.campaigns else "small_machines"
+    section, names = "small_machines", [one for one in known() if one not in OF_LEGGED]
+    if request.campaigns:
+        section, names = "legged", list(OF_PROBABILITIES)
+    elif request.diagnose:
+        section, names = "legged_cases", list(OF_LEGGED)
+    names = request.only or names
+    measured = _measured(names, request.campaigns, request.diagnose, request.jobs)
     earlier = _earlier(request.out)
     old = earlier.get(section, {}) if request.only else {}
     # a row is compared with how answers were in its own run: engines change between runs
@@ -53,6 +66,12 @@ def main() -> None:
     rows = {name: {**row, "run": number} for name, row in measured["constants"].items()}
     measured["constants"] = {**old.get("constants", {}), **rows}
     own = measured["unchanged"]
+    if request.diagnose:
+        own = {
+            **own,
+            "names": ", ".join(f"{one.parents[1].name} {one.name}" for one in request.diagnose),
+        }
+        measured["names"] = own["names"]
     if request.campaigns:
         own = {**own, "realities": ", ".join(one.name for one in request.campaigns)}
         if old:  # most rows are of the cases before
@@ -67,16 +86,18 @@ def _earlier(out: Path) -> dict[str, Any]:
     return parse_toml(out.read_text(encoding="utf-8"), out.name) if out.is_file() else {}
 
 
-def _measured(names: Sequence[str], campaigns: tuple[Path, ...], jobs: int) -> dict[str, Any]:
+def _measured(
+    names: Sequence[str], campaigns: Sequence[Path], cases: Sequence[Path], jobs: int
+) -> dict[str, Any]:
     """Figures as they are, and of each constant at half and at twice its value."""
     values = known()
     changes = [change for name in names for change in half_and_twice(name, values[name])]
     table: dict[str, dict[str, Any]] = {name: {"value": values[name]} for name in names}
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
-        before = pool.submit(as_they_are, campaigns).result()
+        before = pool.submit(as_they_are, campaigns, cases).result()
         unchanged = {**_rounded(asdict(counts(before))), "cases": _kinds(before)}
         print("as they are:", unchanged, flush=True)
-        answers = pool.map(partial(judged, before=before), changes)
+        answers = pool.map(partial(judged, before=before, cases=cases), changes)
         for change, row in zip(changes, _rows(answers, before), strict=True):
             side = "half" if change.value < values[change.name] else "twice"
             table[change.name][side] = {"at": round(change.value, 6), **row}

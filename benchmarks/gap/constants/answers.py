@@ -2,14 +2,15 @@
 
 import json
 import warnings
+from collections.abc import Sequence
 
-from benchmarks.gap.constants.cases import KnownCase
 from benchmarks.gap.constants.figures import JudgedCase
 from benchmarks.gap.constants.servo_cases import servo_cases
 from benchmarks.gap.constants.toy_cases import toy_cases
-from gap.check.cases import CheckedCase
+from gap.check.cases import CheckedCase, Truth
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.findings import Diagnosis
 from robot.campaign.case import answer_of
 from robot.console.json_output import json_text
 
@@ -17,13 +18,22 @@ from robot.console.json_output import json_text
 def answered() -> list[JudgedCase]:
     """Diagnose every case."""
     with warnings.catch_warnings(action="ignore"):
-        return [_checked(case) for case in (*toy_cases(), *servo_cases())]
+        return [
+            checked(
+                case.name,
+                case.kind,
+                case.truths,
+                diagnose(case.trials, case.simulator, case.references),
+            )
+            for case in (*toy_cases(), *servo_cases())
+        ]
 
 
-def _checked(case: KnownCase) -> JudgedCase:
-    diagnosis = diagnose(case.trials, case.simulator, case.references)
+def checked(name: str, kind: str, truths: Sequence[Truth], diagnosis: Diagnosis) -> JudgedCase:
+    """Put an answer beside what was wrong."""
     nan = float("nan")
     sizes = {f"{one.effect} {one.parameter}": one.size for one in diagnosis.detectable}
     found = json.loads(json_text(diagnosis_json(diagnosis)))
-    checked = CheckedCase(case.name, case.kind, case.truths, answer_of(found), nan, nan)
-    return JudgedCase(checked, found, sizes)
+    return JudgedCase(
+        CheckedCase(name, kind, tuple(truths), answer_of(found), nan, nan), found, sizes
+    )

@@ -17,28 +17,36 @@ from gap.constants import Constant
 from model.errors import GapError
 
 
-def as_they_are(campaigns: Sequence[Path] = ()) -> list[JudgedCase]:
-    """Return the known cases, diagnosed here, or the saved answers of campaigns, judged again."""
+def as_they_are(campaigns: Sequence[Path] = (), cases: Sequence[Path] = ()) -> list[JudgedCase]:
+    """Return the known cases, diagnosed here, or saved answers, judged again, or legged cases, diagnosed.
+
+    Saved answers are those of ``campaigns``, legged cases those in the folders ``cases``.
+    """
     if campaigns:
         answers = _module("saved_answers")  # made with constants as they were then
         return [answers.again(case) for case in answers.saved(campaigns)]
-    known: list[JudgedCase] = _module("answers").answered()
+    known: list[JudgedCase] = (
+        _module("legged_cases").diagnosed(cases) if cases else _module("answers").answered()
+    )
     return known
 
 
-def judged(change: Change, before: Sequence[JudgedCase]) -> list[JudgedCase]:
+def judged(
+    change: Change, before: Sequence[JudgedCase], cases: Sequence[Path] = ()
+) -> list[JudgedCase]:
     """Return every case with the answer to it; to be called in a fresh process.
 
     ``before`` are the cases as they are: what acts on probabilities alone is judged on their answers.
+    ``cases`` are those of legged robots to diagnose; none for the small machines.
     """
     set_before_use(change)
     if change.name in OF_PROBABILITIES:
         again = _module("saved_answers").again
-        cases = [again(case) for case in before]
+        answers = [again(case) for case in before]
     else:
-        cases = as_they_are()
+        answers = as_they_are(cases=cases)
     check_used(change)
-    return cases
+    return answers
 
 
 def _module(name: str) -> ModuleType:
@@ -72,11 +80,11 @@ def check_used(change: Change) -> None:
 
 
 def users_of(name: str) -> Sequence[str]:
-    """Return the modules of the diagnosis that have a constant; none for no name."""
+    """Return the modules of the diagnosis that have taken a constant; none for no name."""
     return [
         module
         for module, held in list(sys.modules.items())
         if module.startswith("gap.")
-        and held is not constants
+        and not module.startswith(constants.__name__)  # where it is from
         and isinstance(getattr(held, name, None), Constant)
     ]

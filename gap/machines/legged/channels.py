@@ -2,11 +2,20 @@
 
 import numpy as np
 
+from gap.constants import (
+    CONTACT_N,
+    EDGE_S,
+    GRIP_NOISE,
+    GRIP_READINGS,
+    MEAN_READINGS,
+    SWITCH_S,
+    SWITCH_WEIGHT,
+)
 from gap.interfaces import NOWHERE, Channel, Observation
 from gap.machines.legged.gait_phase import gait_cycle
-from gap.machines.legged.grip import GRIP_READINGS, NOISE, Windows, grip_of, weight_of_frames
+from gap.machines.legged.grip import Windows, grip_of, weight_of_frames
 from gap.machines.legged.inputs import LeggedInputs
-from gap.machines.legged.mean_motion import MEAN_READINGS, MEANS, mean_noise, means_of
+from gap.machines.legged.mean_motion import MEANS, mean_noise, means_of
 from model.compiled import compiled
 from model.effects.grid import DOWN, TWIST_WINDOW_S, Grid, body_velocity, placed_noise
 from model.effects.signals import SensorSignals
@@ -16,10 +25,6 @@ from record.trial.header import TrialNoise
 
 # Where a trial does not say how noisy its sensors are.
 ASSUMED = TrialNoise(0.2, 0.001, 0.002, 0.001, 0.001)
-EDGE_S = 0.3  # filters are not what they are elsewhere so near to an end
-SWITCH_S = 0.06  # nor is a contact's timing better known than this
-SWITCH_WEIGHT = 0.25
-CONTACT_N = 1.0
 AXES = "xyz"
 CHANNELS_OF_BODY = 15  # its pose, velocities and their means, and the total force on all feet
 SIDE, MIDDLE = float(DOWN[0]), float(DOWN[1])
@@ -235,7 +240,7 @@ def _noise(
         np.full(3, np.sqrt(legs) * mean * sigma("force_n")),
         np.full(3, np.sqrt(legs) * mean * sigma("force_n") * 0.5 * length_m),
         mean_noise(sigma("body_position_m"), sigma("body_angle_rad"), window_s),
-        np.full(legs, NOISE),
+        np.full(legs, GRIP_NOISE),
     ])  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gap.residuals.part_error import ALL_ALIKE
+from gap.constants import ALL_ALIKE, GRIP_LARGEST, GRIP_LOADED, GRIP_WINDOW_S
 from model.compiled import compiled
 from model.effects.grid import Grid
 from model.effects.ground import Sliding
@@ -20,14 +20,7 @@ from model.effects.settings import Settings
 from model.effects.signals import SensorSignals
 from model.values.arrays import FloatArray, IntArray, given_rows
 
-LARGEST = 0.95  # quantile over the loaded frames of a window
-LOADED = 0.1  # of the machine's weight, from which a foot counts as loaded
 FEWEST = 12  # loaded frames of a window; fewer have no largest share to speak of
-SHORTEST_S = 4.0  # of a window, which is whole cycles of the gait, or this long without one
-NOISE = 0.05  # a largest share is known no better: a foot may not slip at all in a cycle
-# Readings that each window counts as, about as many as the forces that it is read from. As one, it was
-# outvoted by forces of feet that stick, which no simulator predicts.
-GRIP_READINGS = 24.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,11 +52,11 @@ def make_windows(time_s: FloatArray, cycle: FloatArray, weight_n: float) -> Wind
     turned = float(abs(cycle[-1] - cycle[0]))  # NaN if it is not known
     period_s = (time_s[-1] - time_s[0]) / turned if turned >= 1.0 else math.nan
     whole = np.abs(cycle - cycle[0]) if np.isfinite(period_s) else time_s - time_s[0]
-    length = math.ceil(SHORTEST_S / period_s) if np.isfinite(period_s) else SHORTEST_S
+    length = math.ceil(GRIP_WINDOW_S / period_s) if np.isfinite(period_s) else GRIP_WINDOW_S
     count = max(1, int((whole[-1] + 1e-9) // length))
     number = np.minimum((whole // length).astype(int), count - 1)
     starts = np.flatnonzero(np.diff(number, prepend=-1) > 0)
-    return Windows(np.append(starts, len(time_s)), LOADED * weight_n)
+    return Windows(np.append(starts, len(time_s)), GRIP_LOADED * weight_n)
 
 
 def grip_of(windows: Windows, force_n: FloatArray) -> FloatArray:
@@ -72,7 +65,7 @@ def grip_of(windows: Windows, force_n: FloatArray) -> FloatArray:
     NaN where a foot is not loaded long enough, or its force is not known.
     """
     out = np.empty(force_n.shape[:2])
-    _largest(windows.starts, windows.least_n, given_rows(force_n), out)
+    _largest(windows.starts, windows.least_n, float(GRIP_LARGEST), given_rows(force_n), out)
     return out
 
 
@@ -123,7 +116,9 @@ def weight_of_frames(windows: Windows, readings: float) -> float:
 
 
 @compiled
-def _largest(starts: IntArray, least_n: float, force_n: FloatArray, out: FloatArray) -> None:
+def _largest(
+    starts: IntArray, least_n: float, quantile: float, force_n: FloatArray, out: FloatArray
+) -> None:
     """Logarithm of the quantile of each window's shares while loaded, laid over its frames."""
     for w in range(len(starts) - 1):
         first, last = starts[w], starts[w + 1]
@@ -138,7 +133,7 @@ def _largest(starts: IntArray, least_n: float, force_n: FloatArray, out: FloatAr
             value = np.nan
             if count >= FEWEST:
                 ordered = np.sort(some[:count])
-                at = LARGEST * (count - 1)
+                at = quantile * (count - 1)
                 low = int(at)
                 high = min(low + 1, count - 1)
                 largest = ordered[low] + (at - low) * (ordered[high] - ordered[low])

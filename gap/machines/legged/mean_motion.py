@@ -13,9 +13,6 @@ from model.compiled import compiled
 from model.values.arrays import FloatArray, IntArray
 
 MEANS = (("vx", "m/s"), ("vy", "m/s"), ("wz", "rad/s"))
-# Readings that each window counts as. Days differ in the mean by more than a window does: what counted as
-# 24 outvoted the frames, and made causes that they show look like days (p-values grew up to twenty times).
-MEAN_READINGS = 1.0
 
 
 def means_of(windows: Windows, velocity_B: FloatArray) -> FloatArray:  # noqa: N803 - frame suffix

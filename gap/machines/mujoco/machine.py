@@ -10,6 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from gap.constants import SETTLE_S
 from gap.data.check import check_trial
 from gap.delegate import ManyRequest
 from gap.interfaces import (
@@ -68,7 +69,6 @@ from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
 
 TRIALS_REMEMBERED = 64
-SETTLE_S = 0.1  # what a loop did before the trial is not known
 LEAST_NOISE_RAD = 1e-5
 TORQUE_NOISE = 0.002  # of what is usual at a joint
 NOISE_RAD_S = 0.05

@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from gap.constants import SETTLE_S
 from gap.data.check import check_trial
 from gap.data.even_grid import EvenTrial, even_trial
 from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation, check_causes
@@ -38,7 +39,6 @@ TRIALS_REMEMBERED = 128
 ASSUMED_SHAFT_RAD = 0.0015  # one count of 4096
 ASSUMED_DUTY = 0.01
 ASSUMED_CURRENT_A = 0.02
-SETTLE_S = 0.1  # the servo's state before the trial is not known
 
 
 class ServoBench:
