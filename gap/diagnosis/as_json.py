@@ -23,6 +23,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         },
         "causes": [_cause(one) for one in d.causes] if d.verdict is not Verdict.NO_GAP else [],
         "ambiguous_with": _pairs(d),
+        "open_rivals": _open(d),
         "gap": {
             "before": 1.0,
             "after": far.after * scale,
@@ -107,6 +108,20 @@ def _vibration(one: ChannelVibration | None) -> dict[str, Any] | None:
     if one is None:
         return None
     return {"channels": list(one.channels), "excess": one.excess, "nats": one.nats}
+
+
+def _open(d: Diagnosis) -> list[dict[str, Any]]:
+    """What is open instead of which cause, by its number in "causes", as a program needs it."""
+    keys = [(one.effect, one.joints) for one in d.causes]
+    return [
+        {
+            "cause": keys.index(one.of),
+            "effect": one.effect,
+            "form": one.form,
+            "legs": list(one.joints),
+        }
+        for one in d.ambiguous
+    ]
 
 
 def _pairs(d: Diagnosis) -> list[list[str]]:

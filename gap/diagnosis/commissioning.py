@@ -3,18 +3,21 @@
 A simulator with another friction law than the machine's has the wrong signature for every effect of
 friction, whatever is subtracted from its mean misfit. So the references are first explained by effects of
 the whole machine, as far as these predict conditions that they were not fitted to; the diagnosis then asks
-what is new beside them.
+what is new beside them. Whatever measures a gap works on that commissioned study: a figure without them is
+of another simulator than that of the diagnosis, and may have the other sign.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from gap.constants import LAW_GAIN, LAW_SHARE, SENSOR_GAIN
-from gap.diagnosis.study import Study
+from gap.diagnosis.exchange import with_gap_fitted
+from gap.diagnosis.study import Study, make_study
 from gap.interfaces import Cause, Drive, Simulator
+from gap.residuals.hold_out import HoldOut
 from gap.residuals.parts import TrialPart, whole_parts
-from gap.residuals.predictions import Predictor
+from gap.residuals.predictions import Predictor, PredictsElsewhere
 from gap.search.candidates import Candidate, candidates_of
 from gap.search.screen import make_signatures
 from gap.search.selection import select
@@ -31,6 +34,42 @@ LAWS = Search(
 SENSORS = Search(
     shortlist=3, most=3, least_share=LAW_SHARE, rounds=3, least_gain=SENSOR_GAIN, walk=True
 )
+
+
+def commissioned_study(
+    trials: Sequence[Trial],
+    simulator: Simulator,
+    references: Sequence[Trial] = (),
+    elsewhere: PredictsElsewhere | None = None,
+    hold_out: HoldOut | None = None,
+    standing: tuple[Cause, ...] | None = None,
+    find: Callable[[Study], tuple[Cause, ...]] | None = None,
+) -> Study:
+    """Assemble trials and references, and add the baseline model errors to every prediction.
+
+    Args:
+        trials: Measured runs.
+        simulator: The simulator under diagnosis.
+        references: Runs of the same machine assumed healthy.
+        elsewhere: Where predictions are made; None uses this process.
+        hold_out: Which of the trials judge; None holds out evenly, and exchanges a run that alone shows the
+            gap. With the runs that a diagnosis held out, its study is made again.
+        standing: Baseline model errors, if they are known: those that an answer says make the simulator of
+            that answer again, and cost nothing. None searches the references.
+        find: Searches them, in place of ``baseline_errors``; a command keeps what it found.
+
+    Raises:
+        GapError: There are no trials, or one cannot be compared with the simulator.
+    """
+    study = make_study(trials, simulator, references, elsewhere, hold_out)
+    if standing is None:
+        standing = (find or baseline_errors)(study)
+    return with_gap_fitted(study.with_standing(standing))
+
+
+def baseline_errors(study: Study) -> tuple[Cause, ...]:
+    """Return the baseline model errors that a study's references show; none where they are too few."""
+    return commission(study) if study.calibrated else ()
 
 
 def commission(study: Study) -> tuple[Cause, ...]:

@@ -9,11 +9,10 @@ from gap.constants import MOSTLY
 from gap.data.usual_spikes import without_usual_spikes
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
 from gap.diagnosis.by_vibration import settled_by_vibration, shaken_channels
-from gap.diagnosis.commissioning import commission
+from gap.diagnosis.commissioning import commissioned_study
 from gap.diagnosis.coverage import unwatched_stages
 from gap.diagnosis.detection import Detection, detect, detectable
 from gap.diagnosis.drop_worse import adds_little, drop_unclear, drop_worse
-from gap.diagnosis.exchange import with_gap_fitted
 from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
 from gap.diagnosis.gap_evidence import GapEvidence, compare
 from gap.diagnosis.how_far import HowFar, how_far
@@ -28,13 +27,13 @@ from gap.diagnosis.probability import (
     none_of_them,
 )
 from gap.diagnosis.second_look import second_look
-from gap.diagnosis.study import Study, make_study
+from gap.diagnosis.study import Study
 from gap.diagnosis.trend import RunChange, change_in_runs, none_with, trends_of
 from gap.diagnosis.verdict import gap_exists, named_causes, resembling, verdict_of, warnings_of
 from gap.diagnosis.where import clearest_there, where
-from gap.experiments.imitation import imitate
-from gap.experiments.next_run import NextRun, next_runs
-from gap.interfaces import Cause, DataFault, Drive, Proposal, Simulator
+from gap.experiments.next_run import NextRun
+from gap.experiments.open_causes import discriminating_runs, open_sets
+from gap.interfaces import DataFault, Drive, Proposal, Simulator
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.hunting import Hunting
 from gap.residuals.predictions import PredictsElsewhere
@@ -84,7 +83,8 @@ def diagnose(
     Raises:
         GapError: There are no trials, or nothing in them can be compared.
     """
-    study = make_study(trials, simulator, references, elsewhere)
+    progress("baseline model errors", 0.02)
+    study = commissioned_study(trials, simulator, references, elsewhere)
     return diagnose_study(study, progress, seed, proposer)
 
 
@@ -93,20 +93,15 @@ def diagnose_study(
     progress: Progress = silent,
     seed: int = 0,
     proposer: Proposer | None = None,
-    standing: tuple[Cause, ...] | None = None,
 ) -> Diagnosis:
-    """Diagnose trials and references that are assembled already, as ``diagnose`` does.
-
-    ``standing`` is what the references show already (``gap.diagnosis.commissioning``); None finds out.
+    """Diagnose the study of ``commissioned_study``, as ``diagnose`` does.
 
     Raises:
         GapError: Nothing can be compared.
     """
-    progress("checking the data", 0.0)
+    progress("checking the data", 0.1)
     checked = study.predictor.checked()
-    study = _commissioned(study, standing, progress)
     progress("measuring the baseline", 0.12)
-    study = with_gap_fitted(study)
     comparison = compare(study, lambda share: progress("effects one by one", 0.15 + 0.3 * share))
     selection = select(
         comparison.evidence, comparison.candidates, comparison.signatures,
@@ -167,14 +162,6 @@ def _faults(study: Study, checked: Iterator[tuple[DataFault, ...]]) -> tuple[Tri
     every, trials = tuple(checked), len(study.trials)
     faults = without_usual_spikes(every[:trials], every[trials:])
     return tuple(TrialFaults(i, own) for i, own in enumerate(faults) if own)
-
-
-def _commissioned(study: Study, standing: tuple[Cause, ...] | None, progress: Progress) -> Study:
-    """Add the baseline model errors to every prediction."""
-    if standing is None and study.calibrated:
-        progress("baseline model errors", 0.08)
-        standing = commission(study)
-    return study.with_standing(standing or ())
 
 
 def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answer:
@@ -338,16 +325,11 @@ def _next_runs(
     proposals = proposer() if rivals and proposer is not None else ()
     if not proposals:
         return ()
-    simulator, floor = study.simulator, study.floor(Drive.COMMAND)
-    standing = study.predictor.standing
-    named = (*standing, *selection.fitted.causes)
-    effects = {effect.name: effect for effect in simulator.effects}
-    sets = [named]
-    trials = study.trials[:2]
-    for one in rivals:
-        rival, of = Candidate(effects[one.form], one.joints), len(standing) + one.cause
-        sets.append(imitate(simulator, trials, named, of, rival, floor))
-    return next_runs(
-        proposals, simulator, sets, floor,
+    effects = {effect.name: effect for effect in study.simulator.effects}
+    of = [(one.cause, Candidate(effects[one.form], one.joints)) for one in rivals]
+    predictor, floor = study.predictor, study.floor(Drive.COMMAND)
+    sets = open_sets(predictor, study.trials, floor, selection.fitted.causes, of)
+    return discriminating_runs(
+        predictor, floor, sets, proposals,
         lambda share: progress("what to run next", NEXT_FROM + (1.0 - NEXT_FROM) * share),
     )  # fmt: skip

@@ -1,7 +1,7 @@
 """Trials and references on a simulator's channels: what is fitted, what judges, and what is expected.
 
-Assembled once and used by the diagnosis, by commissioning, and by what measures a gap again. A drive's
-baseline (noise, repeatability, the references' misfit) is measured when it is first asked for.
+Assembled once, and completed by ``gap.diagnosis.commissioning``, which everything that measures a gap uses.
+A drive's baseline (noise, repeatability, the references' misfit) is measured when it is first asked for.
 """
 
 from collections.abc import Callable, Sequence
@@ -111,6 +111,12 @@ class Study:
     def with_standing(self, causes: tuple[Cause, ...]) -> "Study":
         """Return the study of a simulator that has these causes in every prediction."""
         return replace(self, predictor=self.predictor.with_standing(causes), _baselines={})
+
+    def of(self, simulator: Simulator) -> "Study":
+        """Return the study of another simulator of the same channels, with the same causes in it."""
+        known = self.predictor
+        predictor = Predictor(simulator, known.trials, standing=known.standing)
+        return replace(self, predictor=predictor, _baselines={})
 
     def exchanged(self, exchange: Exchange) -> "Study":
         """Return the study in which two trials have changed places."""
@@ -225,6 +231,7 @@ def make_study(
 ) -> Study:
     """Observe trials and references, and hold some of the trials out; arguments as of ``diagnose``.
 
+    The simulator is as it is, without baseline model errors: ``commissioned_study`` adds them.
     ``hold_out`` says which of them judge; None holds out evenly.
 
     Raises:

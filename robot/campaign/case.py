@@ -14,10 +14,9 @@ from gap.check.cases import CaseAnswer, Named, Remainder, Truth
 from gap.delegate import Without
 from gap.detectable import Detectable
 from gap.diagnosis.as_json import diagnosis_json
-from gap.diagnosis.commissioning import enough_conditions, standing_of
+from gap.diagnosis.commissioning import commissioned_study, enough_conditions, standing_of
 from gap.diagnosis.coverage import blind_spots
 from gap.diagnosis.diagnose import diagnose_study
-from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
 from model.errors import RecordError
 from record.json_text import parse_json
@@ -202,8 +201,8 @@ def answer_case(request: CaseRequest) -> None:
         there = {effect.name for effect in simulator.effects}
         standing = tuple(one for one in standing if one.effect in there)
     early = {"before_judging": blind_json(blind_spots(simulator, runs.trials))}
-    study = make_study(runs.trials, simulator, runs.references)
-    diagnosis = diagnose_study(study, standing=standing)
+    study = commissioned_study(runs.trials, simulator, runs.references, standing=standing)
+    diagnosis = diagnose_study(study)
     spent = {"seconds": time.perf_counter() - began_s, "cpu_s": time.process_time() - began_cpu_s}
     keep_json({**diagnosis_json(diagnosis), **early, **spent}, request.out)
 

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gap.check.cases import CONTROL, PAIR, SINGLE
+from gap.diagnosis.commissioning import commissioned_study
 from gap.diagnosis.how_far import how_far
-from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
 from model.errors import GapError, RecordError
 from model.values.arrays import FloatArray
@@ -167,7 +167,7 @@ def _change(
     if causes:
         # a truth beyond the bounds of the catalogue cannot be reached, and is counted without
         with contextlib.suppress(GapError):
-            study = make_study(runs.trials, simulator, runs.references).with_standing(standing)
+            study = commissioned_study(runs.trials, simulator, runs.references, standing=standing)
             reachable = how_far(study.held_evidence(), causes, seed=0).shrink
     return _Change(files.name, np.array(squares), walked, reachable)
 

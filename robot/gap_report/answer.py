@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from gap.interfaces import Cause, Effect
+from gap.interfaces import Cause, Effect, Scope
 from gap.residuals.hold_out import HoldOut
 from model.errors import GapError
 from record.json_text import parse_json
@@ -14,6 +14,8 @@ from record.trial.header import KIND_OF_SUFFIX
 from record.trial.header_file import read_text
 
 T = TypeVar("T")
+# An alternative: the number of its cause, its effect, its legs.
+Open = tuple[int, str, tuple[str, ...]]
 RUN_SUFFIXES = (".parquet", ".csv", ".toml", ".mcap")
 
 
@@ -27,6 +29,7 @@ class DiagnosedRuns:
         robot: Machine's file that was used instead of the one beside the runs; None for that.
         machine: What ``--machine`` named; empty for the kind of the machine's file.
         hold_out: Which of the trials judged; None if that is not known.
+        joints: What ``--joint`` named; empty for all joints.
     """
 
     path: Path
@@ -36,6 +39,7 @@ class DiagnosedRuns:
     robot: Path | None
     machine: str
     hold_out: HoldOut | None
+    joints: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +49,14 @@ class ReadDiagnosis:
     Attributes:
         on_bound: Effects of those that have a number on its bound.
         ill_data: Channels whose data have a severe fault.
-        rivals: What the runs could not distinguish from a cause: the cause's effect, the other effect and
-            legs.
+        standing: Baseline model errors, which its simulator had; None if the file does not say, or if they
+            are not all of the catalogue.
+        rivals: What the runs could not distinguish from a cause.
+        none: Probability that it is none of the catalogue; NaN if not known.
+        before: RMS over all channels without causes, in units of the baseline; NaN if not measured.
         shrink: Share of the gap that the causes close; NaN if not measured.
+        interval: Its 95 % interval; NaN if not known.
+        seed: Of the random draws.
     """
 
     path: Path
@@ -56,8 +65,13 @@ class ReadDiagnosis:
     causes: tuple[Cause, ...]
     on_bound: tuple[str, ...]
     ill_data: tuple[str, ...]
-    rivals: tuple[tuple[str, str, tuple[str, ...]], ...]
+    standing: tuple[Cause, ...] | None
+    rivals: tuple[Open, ...]
+    none: float
+    before: float
     shrink: float
+    interval: tuple[float, float]
+    seed: int
 
 
 def diagnosed_runs(path: Path) -> DiagnosedRuns:
@@ -119,24 +133,66 @@ def _runs(answer: dict[str, Any], path: Path) -> DiagnosedRuns:
         robot=None if robot is None else _file(str(robot), path),
         machine=_machine(str(answer.get("machine") or ""), path),
         hold_out=hold_out if fitted and held else None,
+        joints=tuple(map(str, answer.get("joints", ()))),
     )
 
 
 def _read(answer: dict[str, Any], path: Path, effects: dict[str, Effect]) -> ReadDiagnosis:
-    shrink = answer["gap"].get("shrink")
+    gap, causes = answer["gap"], tuple(_cause(one, path, effects) for one in answer["causes"])
+    low, high = gap.get("shrink_interval") or (None, None)
     return ReadDiagnosis(
         path=path,
         verdict=str(answer["verdict"]),
         simulator=str(answer.get("simulator", "legged")),
-        causes=tuple(_cause(one, path, effects) for one in answer["causes"]),
+        causes=causes,
         on_bound=tuple(str(one["effect"]) for one in answer["causes"] if one.get("on_bound")),
         ill_data=tuple(map(str, answer.get("severe_data_faults", ()))),
-        rivals=tuple(_rival(answer, a, b) for a, b in answer.get("ambiguous_with", ())),
-        shrink=math.nan if shrink is None else float(shrink),
+        standing=_standing(answer, effects),
+        rivals=_rivals(answer, causes, effects),
+        none=_number(answer.get("none_of_these")),
+        before=_number(gap.get("before_over_floor")),
+        shrink=_number(gap.get("shrink")),
+        interval=(_number(low), _number(high)),
+        seed=int(answer.get("seed", 0)),
     )
 
 
-def _rival(answer: dict[str, Any], named: str, other: str) -> tuple[str, str, tuple[str, ...]]:
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, int | float) else math.nan
+
+
+def _standing(answer: dict[str, Any], effects: dict[str, Effect]) -> tuple[Cause, ...] | None:
+    if "standing" not in answer:
+        return None
+    causes = tuple(
+        Cause(str(one["effect"]), tuple(one["joints"]), tuple(map(float, one["values"])))
+        for one in answer["standing"]
+    )
+    return causes if all(one.effect in effects for one in causes) else None
+
+
+def _rivals(
+    answer: dict[str, Any], causes: tuple[Cause, ...], effects: dict[str, Effect]
+) -> tuple[Open, ...]:
+    if "open_rivals" in answer:
+        return tuple(
+            (int(one["cause"]), str(one["form"]), tuple(one["legs"]))
+            for one in answer["open_rivals"]
+            if int(one["cause"]) < len(causes)  # without a gap none is written
+        )
+    names = [effects[one.effect].family for one in causes]
+    rivals = []
+    for named, other in answer.get("ambiguous_with", ()):
+        of, effect, legs = _pair(answer, named, other)
+        if of in names:
+            at = names.index(of)
+            # of an effect of single joints: where its cause is, if the file does not say
+            single = effect in effects and Scope.ALL not in effects[effect].scopes
+            rivals.append((at, effect, legs or (causes[at].joints if single else ())))
+    return tuple(rivals)
+
+
+def _pair(answer: dict[str, Any], named: str, other: str) -> tuple[str, str, tuple[str, ...]]:
     """A pair of names, with legs if both are one effect, else as in the list of alternatives."""
     effect, *legs = other.split(" ")
     listed = sorted(answer.get("rivals", ()), key=lambda one: -float(one["probability"] or 0.0))

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from gap.diagnosis.how_far import HowFar
-from gap.diagnosis.remeasured import remeasure
 from gap.machines.legged.simulator import LeggedSimulator
 from model.effects.catalogue import CATALOGUE, EFFECTS
 from model.effects.correction import correction_of, keyless_of
@@ -15,7 +14,6 @@ from record.whole_file import check_room, write_text
 from robot.config.edit import Edited, check_edited, edit_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
-from robot.console.progress import ProgressBar
 from robot.console.table import Column, table_lines
 from robot.control.effect_uses import USES
 from robot.gap_report.answer import ReadDiagnosis, diagnosed_runs, read_diagnosis
@@ -24,12 +22,13 @@ from robot.gap_report.legged import robot_text
 from robot.gap_report.measured_again import (
     check_applicable,
     exit_code,
+    measure_again,
     measured_json,
     measured_lines,
 )
 from robot.gap_report.trials import Runs, runs_of_diagnosis
 from robot.gap_report.words import LEGGED_SIMULATORS
-from robot.requests.gap import GapApplyRequest
+from robot.requests.gap import MUJOCO, GapApplyRequest
 
 KEYS = (Column("", width=28), Column("", ".4g", 10), Column(""), Column("", ".4g"), Column(""))
 
@@ -60,12 +59,12 @@ def apply_diagnosis(request: GapApplyRequest) -> ExitCode:
     edited = edit_robot(text, correction, request.diagnosis.name)
     check_edited(edited.text, text)
     write_text(out, edited.text)
-    far = None if runs is None else _measured(edited.text, runs)
+    far = None if runs is None else _measured(edited.text, runs, diagnosis)
     if request.json:
-        print_json(_as_json(out, edited, far))
+        print_json(_as_json(out, diagnosis, edited, far))
     else:
         print("\n".join(_lines(out, diagnosis, edited, far)))
-    return exit_code(far)
+    return exit_code(diagnosis, far)
 
 
 def _robot_text(diagnosis: ReadDiagnosis, runs: Runs | None, robot: Path | None) -> str:
@@ -79,13 +78,14 @@ def _robot_text(diagnosis: ReadDiagnosis, runs: Runs | None, robot: Path | None)
     return runs.robot_text
 
 
-def _measured(after: str, runs: Runs) -> HowFar:
+def _measured(after: str, runs: Runs, diagnosis: ReadDiagnosis) -> HowFar:
     """Measure with both files; ``after`` is read from its text, as every command does."""
-    old, new = runs.simulator(), LeggedSimulator(parse_machine(after))
-    with ProgressBar("measuring again") as bar:
-        return remeasure(
-            runs.trials, runs.references, old, new, progress=bar.show, hold_out=runs.hold_out
-        )
+    if diagnosis.simulator == MUJOCO:
+        from robot.virtual.twin_rollout import twin_simulator  # and with it MuJoCo
+
+        old = runs.made_by(lambda own: twin_simulator(own[0].header.robot_text))
+        return measure_again(runs, old, twin_simulator(after), diagnosis)
+    return measure_again(runs, runs.simulator(), LeggedSimulator(parse_machine(after)), diagnosis)
 
 
 def _lines(out: Path, diagnosis: ReadDiagnosis, edited: Edited, far: HowFar | None) -> list[str]:
@@ -99,7 +99,9 @@ def _lines(out: Path, diagnosis: ReadDiagnosis, edited: Edited, far: HowFar | No
     return [*lines, *measured_lines(out, diagnosis, far)]
 
 
-def _as_json(out: Path, edited: Edited, far: HowFar | None) -> dict[str, object]:
+def _as_json(
+    out: Path, diagnosis: ReadDiagnosis, edited: Edited, far: HowFar | None
+) -> dict[str, object]:
     effects = [
         {
             "effect": e.effect,
@@ -109,4 +111,5 @@ def _as_json(out: Path, edited: Edited, far: HowFar | None) -> dict[str, object]
         }
         for e in edited.effects
     ]
-    return {"file": out, "keys": edited.edits, "effects": effects, "gap": measured_json(far)}
+    gap = measured_json(diagnosis, far)
+    return {"file": out, "keys": edited.edits, "effects": effects, "gap": gap}

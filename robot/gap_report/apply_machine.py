@@ -5,8 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from gap.delegate import MachineKey, MachineOfEach, machine_key
-from gap.diagnosis.how_far import HowFar
-from gap.diagnosis.remeasured import remeasure
 from gap.interfaces import Simulator
 from gap.machine_kinds import MachineKind
 from model.errors import GapError
@@ -15,11 +13,11 @@ from record.trial.trial import Trial
 from record.whole_file import check_room, write_text
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
-from robot.console.progress import ProgressBar
 from robot.gap_report.answer import DiagnosedRuns, read_diagnosis
 from robot.gap_report.measured_again import (
     check_applicable,
     exit_code,
+    measure_again,
     measured_json,
     measured_lines,
 )
@@ -65,18 +63,18 @@ def apply_to_machine(request: GapApplyRequest, of: DiagnosedRuns) -> ExitCode:
         file.parent.mkdir(parents=True, exist_ok=True)
         write_text(file, corrected[name])
     left = kind.left(diagnosis.causes, simulator.effects) if kind.left else ()
-    far = _measured(runs, simulator, after)
+    far = measure_again(runs, simulator, after, diagnosis)
     if request.json:
         about = {"files": list(files.values()), "not_written": list(left)}
-        print_json({**about, "gap": measured_json(far)})
+        print_json({**about, "gap": measured_json(diagnosis, far, left)})
     else:
         lines = [f"written: {file}" for file in files.values()]
         if left:
             lines.append(
                 f"not written, as it is of the drive or the log, not of this file: {', '.join(left)}"
             )
-        print("\n".join([*lines, *measured_lines(out, diagnosis, far)]))
-    return exit_code(far)
+        print("\n".join([*lines, *measured_lines(out, diagnosis, far, left)]))
+    return exit_code(diagnosis, far, left)
 
 
 def _corrected(kind: MachineKind, runs: Runs, corrected: dict[str, str]) -> Simulator:
@@ -93,10 +91,3 @@ def _corrected(kind: MachineKind, runs: Runs, corrected: dict[str, str]) -> Simu
 
 def _with_text(trials: Sequence[Trial], text: str) -> list[Trial]:
     return [replace(one, header=replace(one.header, robot_text=text)) for one in trials]
-
-
-def _measured(runs: Runs, before: Simulator, after: Simulator) -> HowFar:
-    with ProgressBar("measuring again") as bar:
-        return remeasure(
-            runs.trials, runs.references, before, after, progress=bar.show, hold_out=runs.hold_out
-        )

@@ -12,7 +12,6 @@ from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.coverage import blind_spots
 from gap.diagnosis.diagnose import Progress, Proposer, diagnose_study, silent
 from gap.diagnosis.findings import Diagnosis, Verdict
-from gap.diagnosis.study import make_study
 from gap.interfaces import Simulator
 from gap.residuals.cluster import ClusterPredictions, Installation
 from gap.residuals.pool import prediction_pool
@@ -29,9 +28,9 @@ from robot.console.progress import ProgressBar
 from robot.console.screen_fit import terminal_width, wrapped
 from robot.gap_report.alone import fit_alone
 from robot.gap_report.blind import blind_json, blind_lines
-from robot.gap_report.kept_baseline import REUSED, baseline_of
 from robot.gap_report.legged import proposer_of
 from robot.gap_report.split import split_lines, with_hold_out
+from robot.gap_report.study import study_of
 from robot.gap_report.summary import summary_lines
 from robot.gap_report.trials import Runs, read_runs
 from robot.gap_report.words import machine_words
@@ -115,6 +114,7 @@ def diagnosis_result(d: Diagnosis, paths: Sequence[Path], runs: Runs) -> dict[st
         "references": len(runs.references),
         "robot": runs.robot,
         "machine": runs.machine,
+        "joints": runs.joints,
     }
 
 
@@ -138,15 +138,12 @@ def diagnosis_of(
         GapError: The trials cannot be compared with the simulator.
     """
     with _elsewhere(runs, simulator, request) as executor:
-        study = make_study(runs.trials, simulator, runs.references, executor, runs.hold_out)
         progress("baseline model errors", 0.02)
         own = request.sim == MUJOCO or request.effects is not None  # more than runs and program
-        standing, kept = baseline_of(study, "" if own else runs.kind.name, fresh=request.fresh)
-        if kept:
-            notice(REUSED)
-        return diagnose_study(
-            study, progress, request.seed, _proposer(runs, simulator), standing=standing
+        study = study_of(
+            runs, simulator, None, executor, own=own, fresh=request.fresh, notice=notice
         )
+        return diagnose_study(study, progress, request.seed, _proposer(runs, simulator))
 
 
 @contextmanager

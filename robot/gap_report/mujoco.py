@@ -7,13 +7,13 @@ would explain most of what the chain leaves unexplained are the ones tried in Mu
 import sys
 import time
 
-from gap.diagnosis.study import make_study
 from gap.interfaces import Drive, Simulator
 from gap.residuals.parts import split
 from gap.search.candidates import candidates_of
 from gap.search.screen import gains, make_signatures
 from model.errors import GapError
 from robot.console.progress import ProgressBar
+from robot.gap_report.study import study_of
 from robot.gap_report.trials import Runs
 from robot.virtual.twin_rollout import twin_catalogue, twin_simulator
 
@@ -51,10 +51,10 @@ def _screened(runs: Runs, count: int) -> tuple[str, ...]:
     """Names of the effects with which the chain would gain most, of those that MuJoCo has."""
     chain = runs.simulator()
     with ProgressBar("screening by the chain") as bar:
-        evidence = make_study(runs.trials, chain, runs.references, hold_out=runs.hold_out).evidence(
-            Drive.MEASURED
-        )
-        signatures = make_signatures(evidence, candidates_of(chain), (), bar.show)
+        study = study_of(runs, chain)
+        evidence = study.evidence(Drive.MEASURED)
+        candidates = candidates_of(chain, study.predictor.standing)
+        signatures = make_signatures(evidence, candidates, (), bar.show)
         ranked = gains(signatures, evidence.base, evidence.weights(evidence.base))
     known = {effect.name for effect in twin_catalogue()}
     order = [one.signature.candidate.effect.name for one in ranked if one.nats > 0]

@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 
-from gap.diagnosis.diagnose import Proposer, diagnose
-from gap.diagnosis.study import make_study
-from gap.experiments.imitation import imitate
-from gap.experiments.next_run import MOST_RUNS, NextRun, next_runs
-from gap.interfaces import Cause, Drive, Effect, Scope, Simulator
+from gap.diagnosis.diagnose import SURELY_NONE, Proposer, diagnose_study
+from gap.diagnosis.study import Study
+from gap.experiments.next_run import MOST_RUNS, NextRun
+from gap.experiments.open_causes import discriminating_runs, open_sets
+from gap.interfaces import Cause, Drive, Effect, Scope
 from gap.search.candidates import Candidate
 from model.errors import ConfigError, GapError
 from record.trial.header import LEGGED
@@ -16,8 +16,9 @@ from robot.console.program_output import complain
 from robot.console.progress import ProgressBar
 from robot.console.screen_fit import terminal_width, wrapped
 from robot.console.table import Column, table_lines
-from robot.gap_report.answer import ReadDiagnosis, diagnosed_runs, read_diagnosis
+from robot.gap_report.answer import Open, ReadDiagnosis, diagnosed_runs, read_diagnosis
 from robot.gap_report.legged import proposer_of
+from robot.gap_report.study import study_of
 from robot.gap_report.trials import Runs, read_runs, runs_of_diagnosis
 from robot.gap_report.words import ENOUGH, common_pair, pair_words, parameters_of
 from robot.requests.gap import GapNextRequest
@@ -25,7 +26,6 @@ from robot.requests.gap import GapNextRequest
 SHOWN = 5
 NAME, FIGURES = 56, 32  # columns of the name of a run, and of its figures
 Causes = tuple[Cause, ...]
-Open = tuple[int, str, tuple[str, ...]]  # a rival: number of its cause, its effect, its legs
 
 
 def propose_runs(request: GapNextRequest) -> ExitCode:
@@ -43,21 +43,25 @@ def propose_runs(request: GapNextRequest) -> ExitCode:
         diagnosis = read_diagnosis(request.paths[0], simulator.effects)
     propose = _proposer(runs, request.gait)
     effects = {effect.name: effect for effect in simulator.effects}
-    causes, rivals = _left_open(diagnosis, runs, simulator)
+    # of another simulator (--sim mujoco), the baseline model errors are other ones
+    known = diagnosis is not None and diagnosis.simulator == simulator.name
+    standing = diagnosis.standing if diagnosis is not None and known else None
+    study = study_of(runs, simulator, standing, own=request.effects is not None)
+    causes, rivals, none = _left_open(diagnosis, study)
     if not causes:
         raise GapError("the diagnosis names no cause, so there is nothing to distinguish")
     rivals += [(0, *_place(text, effects, causes[0])) for text in request.against]
     sets: list[Causes] = [causes]
     ranked: tuple[NextRun, ...] = ()
+    if rivals and none >= SURELY_NONE:  # then the diagnosis itself proposes no run
+        complain(f"note: it is most likely none of these causes (probability {none:.2f})")
     if rivals := list(dict.fromkeys(rivals)):
-        floor = make_study(runs.trials, simulator, runs.references).floor(Drive.COMMAND)
+        each, predictor = _candidates(rivals, effects), study.predictor
         with ProgressBar("sizes of the candidates") as bar:
-            for number, (of, effect, legs) in enumerate(rivals, 1):
-                rival = Candidate(effects[effect], legs)
-                sets.append(imitate(simulator, runs.trials[:2], causes, of, rival, floor))
-                bar.show(number / len(rivals), effect)
+            floor = study.floor(Drive.COMMAND)
+            sets = open_sets(predictor, study.trials, floor, causes, each, bar.show)
         with ProgressBar("trying runs in the simulator") as bar:
-            ranked = next_runs(propose(), simulator, sets, floor, bar.show)
+            ranked = discriminating_runs(predictor, floor, sets, propose(), bar.show)
     if request.json:
         print_json(_as_json(sets, ranked, effects))
     else:
@@ -99,26 +103,27 @@ def _proposer(runs: Runs, gait: str | None) -> Proposer:
     return lambda: propose(runs.trials)
 
 
-def _left_open(
-    diagnosis: ReadDiagnosis | None, runs: Runs, simulator: Simulator
-) -> tuple[Causes, list[Open]]:
-    """Causes, and what the runs could not distinguish from each."""
+def _left_open(diagnosis: ReadDiagnosis | None, study: Study) -> tuple[Causes, list[Open], float]:
+    """Causes, what the runs could not distinguish from each, and how likely it is none of them."""
     if diagnosis is not None:
-        family = {one.name: one.family for one in simulator.effects}
-        names = [family[cause.effect] for cause in diagnosis.causes]
-        of_one = {one.name for one in simulator.effects if Scope.ALL not in one.scopes}
-        return diagnosis.causes, [
-            # of an effect of single joints: where its cause is, if the file does not say
-            (at, effect, legs or (diagnosis.causes[at].joints if effect in of_one else ()))
-            for named, effect, legs in diagnosis.rivals
-            if named in names
-            for at in (names.index(named),)
-        ]
+        return diagnosis.causes, list(diagnosis.rivals), diagnosis.none
     with ProgressBar("diagnosis") as bar:
-        d = diagnose(runs.trials, simulator, runs.references, progress=bar.tell)
+        d = diagnose_study(study, bar.tell)
     keys = [(one.effect, one.joints) for one in d.causes]
     left_open = [(keys.index(one.of), one.form, one.joints) for one in d.ambiguous]
-    return tuple(one.cause for one in d.causes), left_open
+    return tuple(one.cause for one in d.causes), left_open, d.none
+
+
+def _candidates(
+    rivals: Sequence[Open], effects: Mapping[str, Effect]
+) -> list[tuple[int, Candidate]]:
+    for _, effect, _ in rivals:
+        if effect not in effects:
+            raise GapError(
+                f"{effect} is left open, and the catalogue of the machine does not have it; an effect of "
+                "your own needs --effects FILE.py"
+            )
+    return [(of, Candidate(effects[effect], legs)) for of, effect, legs in rivals]
 
 
 def _place(text: str, effects: Mapping[str, Effect], first: Cause) -> tuple[str, tuple[str, ...]]:

@@ -37,6 +37,7 @@ class Runs:
         robot: File that replaces the one recorded with the trials; None for that one.
         machine: What ``--machine`` names; empty where the machine's file says the kind.
         hold_out: Which of the trials judge; None holds out evenly.
+        joints: What ``--joint`` names; empty for all joints.
     """
 
     trials: tuple[Trial, ...]
@@ -45,6 +46,7 @@ class Runs:
     robot: Path | None = None
     machine: str = ""
     hold_out: HoldOut | None = None
+    joints: tuple[str, ...] = ()
 
     @property
     def robot_text(self) -> str:
@@ -184,11 +186,12 @@ def read_runs(
             apart.
     """
     everything = read_trials((*trials, *references), tuple(joints))
-    return runs_of(everything[: len(trials)], everything[len(trials) :], robot, machine)
+    runs = runs_of(everything[: len(trials)], everything[len(trials) :], robot, machine)
+    return replace(runs, joints=tuple(joints))
 
 
 def runs_of_diagnosis(of: DiagnosedRuns, robot: Path | None = None) -> Runs:
-    """Read the runs of a diagnosis, with the same held out.
+    """Read the runs of a diagnosis, with the same joints and the same held out.
 
     Args:
         of: Which they are.
@@ -203,7 +206,7 @@ def runs_of_diagnosis(of: DiagnosedRuns, robot: Path | None = None) -> Runs:
             f"the runs of {of.path} are not where they were, and they say what machine it is; put them "
             "back, or diagnose again"
         )
-    runs = read_runs(of.trials, of.references, robot or of.robot, machine=of.machine)
+    runs = read_runs(of.trials, of.references, robot or of.robot, of.joints, of.machine)
     return replace(runs, hold_out=of.hold_out)
 
 

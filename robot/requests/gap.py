@@ -136,7 +136,7 @@ class GapApplyRequest:
     into a table [effects], which drive, odom, sim, replay and gap read. All comments stay. Then the
     held-out runs of the diagnosis are predicted with the corrected file, and the gap before and after is
     printed. Other machines have their own rules (a bench of servos: [joint.NAME.effects]), or say why not.
-    Exit code 1: the gap did not shrink.
+    Exit code 1: the gap did not shrink, or not by the share that the diagnosis says.
     """
 
     diagnosis: Path = argument("DIAGNOSIS.json")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gap.delegate import MachineOfEach, machine_key
+from gap.diagnosis.commissioning import commissioned_study
 from gap.diagnosis.remeasured import remeasure
 from gap.interfaces import Cause, Drive, Scope
 from gap.machines.legged.simulator import LeggedSimulator
@@ -154,7 +155,7 @@ def test_measured_again_the_gap_is_closed_and_references_keep_their_file() -> No
     text = corrected(TEXT, wrong)
     after = LeggedSimulator(parse_machine(text))
     shares: list[float] = []
-    far = remeasure(trials, healthy, simulator(), after, progress=shares.append)
+    far = remeasure(commissioned_study(trials, simulator(), healthy), after, progress=shares.append)
     assert far.after < 1.3
     assert far.shrink > 0.97
     assert shares[-1] == pytest.approx(1.0)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.commissioning import commissioned_study
 from gap.diagnosis.diagnose import diagnose, diagnose_study
 from gap.diagnosis.exchange import with_gap_fitted
 from gap.diagnosis.study import Exchange, Study, make_study
@@ -119,7 +120,7 @@ def test_a_cause_that_held_out_runs_do_not_show_stays_and_it_is_written() -> Non
     reached = [bool((one.force_n[..., 2] >= 4.6).any()) for one in runs]
     assert reached == [gait == "walk" for _, gait in CONDITIONS] * 2
     held_out = HoldOut((6, 7))
-    d = diagnose_study(make_study(runs, Stopped(), REFERENCES, hold_out=held_out))
+    d = diagnose_study(commissioned_study(runs, Stopped(), REFERENCES, hold_out=held_out))
     named = {one.effect: one for one in d.causes}
     assert set(named) == {"stop", "offset"}
     assert named["stop"].values[0].value == pytest.approx(4.6, rel=0.02)

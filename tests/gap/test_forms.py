@@ -9,9 +9,9 @@ import pytest
 
 from gap.delegate import Without
 from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.commissioning import commissioned_study
 from gap.diagnosis.diagnose import diagnose, diagnose_study
 from gap.diagnosis.findings import Diagnosis, Verdict
-from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.search.candidates import candidates_of, families_of
 from model.effects.catalogue import CATALOGUE
@@ -128,8 +128,8 @@ def test_a_virtual_robot_that_gives_before_or_behind_its_encoder(
     references = list(runs.references)
     control = references.pop(2)  # steered less than some of them and more than others
     for run, named in ((runs.trials, [("servo_compliance", (), form)]), ([control], [])):
-        study = make_study(run, Without(whole, tuple(others)), references)
-        d = diagnose_study(study, standing=STANDING)
+        lacking = Without(whole, tuple(others))
+        d = diagnose_study(commissioned_study(run, lacking, references, standing=STANDING))
         assert [(one.effect, one.joints, one.form) for one in d.causes] == named
         for one in d.causes:  # short walks, and a baseline that was not fitted to them
             assert one.values[0].value == pytest.approx(0.04, rel=0.25)

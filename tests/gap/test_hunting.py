@@ -9,9 +9,9 @@ import pytest
 
 from gap.delegate import Without
 from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.commissioning import commissioned_study
 from gap.diagnosis.diagnose import diagnose_study
 from gap.diagnosis.findings import Diagnosis, Verdict
-from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.hunting import Hunting, hunting_of, without_hunting
 from gap.residuals.parts import whole_parts
@@ -173,8 +173,8 @@ def test_a_joint_that_hunts_has_one_form_of_play_to_try() -> None:
 def answer(trials: Sequence[Trial], references: Sequence[Trial]) -> Diagnosis:
     whole = simulator()
     others = {effect.family for effect in whole.effects} - KEPT
-    study = make_study(trials, Without(whole, tuple(others)), references)
-    return diagnose_study(study, standing=(LAG,))
+    lacking = Without(whole, tuple(others))
+    return diagnose_study(commissioned_study(trials, lacking, references, standing=(LAG,)))
 
 
 OTHERS = [
@@ -248,8 +248,9 @@ def test_a_play_is_named_in_the_form_that_loop_and_encoder_give_it(
     healthy = [walked("h", 91 + k, gait) for k, gait in enumerate(2 * gaits)]
     runs, whole = read_case(tuple(trials), tuple(healthy))
     others = {effect.family for effect in whole.effects} - {*KEPT, "coulomb_friction", "leg_flex"}
-    study = make_study(runs.trials, Without(whole, tuple(others)), runs.references)
-    d = diagnose_study(study, standing=STANDING)
+    lacking = Without(whole, tuple(others))
+    study = commissioned_study(runs.trials, lacking, runs.references, standing=STANDING)
+    d = diagnose_study(study)
     assert [(one.effect, one.joints, one.form) for one in d.causes[:1]] == [
         ("gear_backlash", ("ML",), form)
     ]

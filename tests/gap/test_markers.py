@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from gap.delegate import Without
-from gap.diagnosis.commissioning import standing_of
+from gap.diagnosis.commissioning import commissioned_study, standing_of
 from gap.diagnosis.diagnose import diagnose_study
 from gap.diagnosis.findings import Verdict
-from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Drive, Simulator
 from record.trial.trial import Trial
 from tests.gap.predictions import COULOMB, Prediction
@@ -81,7 +80,8 @@ def test_healthy_runs_show_where_markers_are_and_soft_legs_have_their_size(share
         walk(gait, 0.2, 8.0, (COULOMB, *own, cause("leg_flex", *SOFT)), noise_seed=40 + k)
         for k, gait in enumerate(("tripod", "metachronal"))
     ]
-    found = diagnose_study(make_study(trials, shortened(), references), standing=standing)
+    study = commissioned_study(trials, shortened(), references, standing=standing)
+    found = diagnose_study(study)
     assert found.verdict is Verdict.EXPLAINED
     (one,) = found.causes
     assert one.effect == "leg_flex"

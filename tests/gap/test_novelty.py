@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.diagnosis.commissioning import standing_of
+from gap.diagnosis.commissioning import commissioned_study, standing_of
 from gap.diagnosis.diagnose import diagnose, diagnose_study
 from gap.diagnosis.findings import Verdict
 from gap.diagnosis.probability import Fit, none_of_them
-from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Drive
 from gap.residuals.healthy import healthy_runs
 from gap.residuals.part_error import PartError
@@ -58,8 +57,8 @@ def test_a_law_that_healthy_runs_lack_stands_before_anything_new_is_sought() -> 
     assert law in standing
     # with another law the same bias has another trace on the force
     soft = Cause("stiffness", ("a",), (0.8,))
-    study = make_study(toy_case([law, soft], seed=9), Toy(), known)
-    d = diagnose_study(study, standing=standing)
+    trials = toy_case([law, soft], seed=9)
+    d = diagnose_study(commissioned_study(trials, Toy(), known, standing=standing))
     assert [(c.effect, c.joints) for c in d.causes] == [("stiffness", ("a",))]
     assert d.causes[0].values[0].value == pytest.approx(0.8, rel=0.02)
     assert d.standing == standing

@@ -2,19 +2,27 @@
 
 import json
 import tomllib
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from gap.experiments.open_causes import discriminating_runs, open_sets
 from gap.interfaces import Cause, Drive
+from gap.machine_kinds import kind_named
 from gap.machines.servo_bench.machine import with_causes
 from gap.machines.servo_bench.simulator import servo_bench
 from gap.machines.sliding_body.simulator import sliding_body
 from gap.machines.sliding_body.simulator import with_causes as with_body_causes
-from record.trial.trial import Trial, write_trial
+from gap.search.candidates import Candidate
+from record.trial.header import SERVO_BENCH
+from record.trial.table_file import TableColumn
+from record.trial.trial import Trial, build_trial, write_trial
 from robot.cli import main as cli
+from robot.gap_report.answer import diagnosed_runs
+from robot.gap_report.study import study_of
+from robot.gap_report.trials import runs_of_diagnosis
 from tests.gap.bench_trials import MOTOR, servo_trial, slide_trial
 from tests.gap.mjcf_arms import arm_log
 
@@ -65,6 +73,37 @@ def test_the_causes_go_into_every_machine_s_file_and_the_gap_is_measured_again(
         assert written["effects"]["play"]["width_rad"] == pytest.approx(0.05, abs=0.002)
     assert cli.run(words) == 2
     assert "exists; choose another name" in capsys.readouterr().err
+
+
+def test_a_diagnosis_of_one_joint_is_measured_again_at_that_joint(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What the other one lacks was no part of the question."""
+    bench = MOTOR + MOTOR[MOTOR.index("[joint.arm]") :].replace("arm", "leg")
+    for number in range(3):
+        runs = [
+            lacking(MOTOR, "bench.toml", 0.3 + 0.2 * number),
+            servo_trial(MOTOR, 0.9 * np.sin(2 * np.pi * 0.3 * T), np.zeros(len(T))),
+        ]
+        columns = [TableColumn("time_s", T)]
+        for name, one in zip(("arm", "leg"), runs, strict=True):
+            columns.append(TableColumn(f"command_{name}_rad", one.command_rad[:, 0]))
+            columns.append(TableColumn(f"shaft_{name}_rad", one.shaft_rad[:, 0]))
+        header = replace(runs[0].header, joints=("arm", "leg"), robot_text=bench)
+        write_trial(build_trial(header, tuple(columns)), tmp_path / f"run{number}.parquet")
+    files = sorted(map(str, tmp_path.glob("run?.parquet")))
+    out = str(tmp_path / "d.json")
+    words = ["gap", "diagnose", *files, "--joint", "arm", "--json", out, "--jobs", "1"]
+    assert cli.run(words) in {0, 1}
+    told = json.loads(Path(out).read_text())
+    assert told["causes"]
+    capsys.readouterr()
+    words = ["gap", "apply", out, "--out", str(tmp_path / "c.toml"), "--anyway", "--json"]
+    assert cli.run(words) == 0
+    found = json.loads(capsys.readouterr().out)["gap"]
+    assert {one["joint"] for one in found["channels"]} == {"arm"}
+    assert found["before"] == pytest.approx(told["gap"]["before_over_floor"], rel=1e-6)
+    assert found["shrink"] == pytest.approx(told["gap"]["shrink"], abs=1e-6)
 
 
 def test_what_a_models_file_cannot_hold_is_said(
@@ -126,6 +165,38 @@ def test_the_next_run_of_a_bench_is_a_motion_within_its_range(
     assert all(one["separation"] > 0 and one["command"] == "" for one in runs)
     assert any("the current (current_J_a) logged" in one["name"] for one in runs)
     assert not any("the duty" in one["name"] for one in runs), "it was logged already"
+
+
+def test_alternatives_are_compared_beside_the_baseline_model_errors(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A run that settles it is ranked by the simulator that the diagnosis compares with."""
+    answer = json.loads((folder / "d.json").read_text())
+    gain, play = sorted(answer["causes"], key=lambda one: str(one["effect"]))
+    there = Cause("play", ("arm",), (play["parameters"]["width_rad"],))
+    open_rival = {"cause": 0, "effect": "supply_voltage", "form": "supply_voltage", "legs": ["arm"]}
+    answer |= {"causes": [gain], "standing": [asdict(there)], "open_rivals": [open_rival]}
+    answer["files"] = [str(folder / Path(name).name) for name in answer["files"]]
+    file = tmp_path / "beside.json"
+    file.write_text(json.dumps(answer))
+    assert cli.run(["gap", "next", str(file), "--json"]) in {0, 1}
+    found = json.loads(capsys.readouterr().out)
+    runs = runs_of_diagnosis(diagnosed_runs(file))
+    study = study_of(runs, runs.simulator(), (there,))
+    effects = {one.name: one for one in study.simulator.effects}
+    causes = (Cause("controller_gain", ("arm",), (gain["parameters"]["ratio"],)),)
+    known, floor = study.predictor, study.floor(Drive.COMMAND)
+    rival = Candidate(effects["supply_voltage"], ("arm",))
+    sets = open_sets(known, study.trials, floor, causes, [(0, rival)])
+    (size,) = (one["parameters"]["ratio"] for one in found["candidates"][1])
+    assert size == pytest.approx(sets[1][0].values[0], rel=1e-9)
+    propose = kind_named(SERVO_BENCH).propose
+    assert propose is not None
+    expected = discriminating_runs(known, floor, sets, propose(runs.trials))
+    assert [one["name"] for one in found["runs"]] == [one.name for one in expected]
+    assert [one["separation"] for one in found["runs"]] == pytest.approx(
+        [one.separation for one in expected], rel=1e-6
+    )
 
 
 def test_a_machine_that_can_do_neither_says_so_in_a_sentence(

@@ -2,18 +2,24 @@
 
 import json
 import re
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from gap.diagnosis.commissioning import commissioned_study
+from gap.diagnosis.how_far import how_far
 from gap.effect_file import read_effects
 from gap.interfaces import Cause
+from gap.residuals.hold_out import HoldOut
 from model.effects.catalogue import STAGES
 from record.trial.trial import write_trial
 from robot.cli.main import run
 from robot.config.robot_file import load_robot
+from robot.gap_report.trials import read_runs
+from robot.virtual.twin_rollout import twin_simulator
 from tests.gap.walks import cause, walk
 
 DOCS = Path(__file__).resolve().parents[3] / "docs" / "gap_effects.md"
@@ -84,6 +90,62 @@ def test_a_wrong_cause_does_not_pass(tmp_path: Path, capsys: pytest.CaptureFixtu
     path = answer(tmp_path, files, causes=worse)
     assert run(["gap", "apply", str(path), "--out", str(tmp_path / "c.toml")]) == 1
     assert "NOT SMALLER" in capsys.readouterr().out
+
+
+LAG = cause("servo_lag", 0.06)
+
+
+def test_apply_has_the_figure_of_the_diagnosis_beside_baseline_model_errors(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Servos that lag in healthy runs, too, are of the simulator that the diagnosis compares with."""
+    files = write_runs(tmp_path, (*WRONG, LAG))
+    (tmp_path / "healthy").mkdir()
+    references = write_runs(tmp_path / "healthy", (LAG,))
+    runs = read_runs(list(map(Path, files)), list(map(Path, references)))
+    held, simulator = HoldOut((1,)), runs.simulator()
+    study = commissioned_study(
+        runs.trials, simulator, runs.references, hold_out=held, standing=(LAG,)
+    )
+    far = how_far(study.held_evidence(), WRONG, seed=3)
+    gap = {
+        "shrink": far.shrink, "shrink_interval": [far.low, far.high], "before_over_floor": far.before,
+    }  # fmt: skip
+    path = answer(
+        tmp_path, [*files, *references], references=3, standing=[asdict(LAG)], gap=gap, seed=3,
+        trials={"fitted": [0, 2], "held_out": [1]},
+    )  # fmt: skip
+    assert run(["gap", "apply", str(path), "--out", str(tmp_path / "c.toml"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["gap"]
+    assert found["before"] == pytest.approx(far.before, rel=1e-6)
+    assert found["after"] == pytest.approx(far.after, rel=1e-5)
+    assert found["shrink_interval"] == pytest.approx([far.low, far.high], rel=1e-5)
+    assert found["as_in_diagnosis"]
+
+
+@pytest.mark.parametrize(
+    ("shrink", "interval", "words"),
+    [
+        (-0.64, [-0.71, -0.58], "-64% [-71%, -58%] on these runs: the share has the other sign"),
+        (0.5, [0.4, 0.6], "50% [40%, 60%] on these runs: the share is outside its interval"),
+    ],
+)
+def test_a_share_that_the_diagnosis_did_not_measure_does_not_pass(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    shrink: float,
+    interval: list[float],
+    words: str,
+) -> None:
+    gap = {"shrink": shrink, "shrink_interval": interval, "before_over_floor": 2.0}
+    path = answer(tmp_path, write_runs(tmp_path, WRONG), gap=gap)
+    assert run(["gap", "apply", str(path), "--out", str(tmp_path / "c.toml")]) == 1
+    told = " ".join(capsys.readouterr().out.split())
+    assert (
+        f"NOT AS IN THE DIAGNOSIS, which measured {words} before the correction the RMS is" in told
+    )
+    assert re.search(r"in the diagnosis 2\S*: the runs, the robot file", told)
+    assert "do not use this file before you have diagnosed again" in told
 
 
 @pytest.mark.parametrize(
@@ -169,6 +231,41 @@ def test_next_ranks_runs_with_their_commands(
     assert "nothing is left open" in capsys.readouterr().out
 
 
+@pytest.mark.soak
+def test_next_proposes_the_runs_of_the_diagnosis_and_apply_has_its_figure(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """From healthy runs of two gaits that all have a lag, which no diagnosis may call new."""
+
+    def walked(name: str, first: int, *causes: Cause) -> list[str]:
+        paths = []
+        for number, gait in enumerate(("tripod", "metachronal") * 2):
+            path = tmp_path / f"{name}{number}.parquet"
+            made = walk(gait, 0.15 + 0.05 * (number // 2), 12.0, causes, noise_seed=first + number)
+            write_trial(made, path)
+            paths.append(str(path))
+        return paths
+
+    soft = cause("leg_stiffness", 0.8, legs=("MR",))
+    files, healthy = walked("run", 0, LAG, soft), walked("healthy", 9, LAG)
+    told, out = tmp_path / "d.json", tmp_path / "c.toml"
+    words = ["gap", "diagnose", *files, "--reference", *healthy, "--json", str(told), "--jobs", "1"]
+    assert run(words) == 0
+    found = json.loads(told.read_text(encoding="utf-8"))
+    assert any(one["effect"] == "servo_lag" for one in found["standing"])
+    capsys.readouterr()
+    assert run(["gap", "apply", str(told), "--out", str(out), "--json"]) == 0
+    again = json.loads(capsys.readouterr().out)["gap"]
+    assert again["shrink"] == pytest.approx(found["gap"]["shrink"], abs=1e-4)
+    assert again["before"] == pytest.approx(found["gap"]["before_over_floor"], rel=1e-4)
+    against = [] if found["next"] else ["--against", "leg_length@MR"]
+    assert run(["gap", "next", str(told), "--json", *against]) == 0
+    runs = json.loads(capsys.readouterr().out)["runs"]
+    if found["next"]:
+        assert [one["name"] for one in runs] == [one["name"] for one in found["next"]]
+        assert runs[0]["separation"] == pytest.approx(found["next"][0]["separation"], rel=1e-3)
+
+
 @pytest.fixture
 def example(tmp_path: Path) -> Path:
     """The effect of the documentation."""
@@ -206,3 +303,18 @@ def test_an_effect_of_a_users_own_in_diagnose_and_next(
         == 0
     )
     assert "worn_crank at ML (play_m 0.0" in capsys.readouterr().out
+
+
+@pytest.mark.soak
+def test_a_diagnosis_of_mujoco_is_measured_again_in_mujoco(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The chain has another gap: its share is none of the simulator that was diagnosed."""
+    path = answer(tmp_path, write_runs(tmp_path, WRONG, 2), simulator="mujoco")
+    runs = read_runs([tmp_path / "run0.parquet", tmp_path / "run1.parquet"])
+    mujoco = runs.made_by(lambda own: twin_simulator(own[0].header.robot_text))
+    far = how_far(commissioned_study(runs.trials, mujoco).held_evidence(), WRONG, seed=0)
+    run(["gap", "apply", str(path), "--out", str(tmp_path / "c.toml"), "--json"])
+    found = json.loads(capsys.readouterr().out)["gap"]
+    assert found["before"] == pytest.approx(far.before, rel=1e-6)
+    assert found["after"] == pytest.approx(far.after, rel=1e-3)
