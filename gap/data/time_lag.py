@@ -16,7 +16,9 @@ LONGEST_S = 1.5
 LATEST_S = 0.35
 EARLIEST_S = -0.06
 ALLOWED_S = tuple(np.arange(EARLIEST_S, LATEST_S, 0.02).tolist())  # between them
-SKEW_S = 0.12  # change of the lag from the first to the last third
+# change of the lag from the first to the last third; in 340 streams of the 19 realities (labels open) whose
+# clocks agree, none that is as sure moves by more than 0.065 s
+SKEW_S = 0.08
 SURE = 0.7  # correlation at the best lag
 SIGMAS = 3.0  # a lag must be beyond its limit by so many standard deviations
 CLEARLY_LESS = 0.9  # share of what another lag leaves unexplained

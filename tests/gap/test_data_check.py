@@ -126,6 +126,7 @@ FAULTS: tuple[tuple[str, str, Damage], ...] = (
     ("clock_offset", "body", late(POSE, 0.6)),
     ("clock_offset", "force", late(("force_n",), -0.3)),
     ("clock_offset", "force", late(("force_n",), 0.0, skew=0.03)),
+    ("clock_offset", "body", late(POSE, 0.0, skew=0.011)),
 )  # fmt: skip
 
 
