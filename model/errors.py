@@ -32,12 +32,14 @@ class ConfigError(BigantError):
     Args:
         key: Dotted name of the offending key, for example ``leg.crank``.
         reason: What is wrong with it, in words.
+        page: Page of docs/ that describes the file that the key is in; empty if that is not known.
     """
 
-    def __init__(self, key: str, reason: str) -> None:
+    def __init__(self, key: str, reason: str, page: str = "") -> None:
         super().__init__(f"{key}: {reason}")
         self.key = key
         self.reason = reason
+        self.page = page
 
 
 class ModelError(BigantError):

@@ -10,12 +10,13 @@ from record.input_file import read_utf8
 
 
 @contextmanager
-def reading(path: Path, what: str) -> Iterator[str]:
+def reading(path: Path, what: str, page: str = "") -> Iterator[str]:
     """Yield the text of a file; a mistake that the block finds in it is named with the file.
 
     Args:
         path: The file.
         what: What it is, as in "the robot file".
+        page: Page of docs/ that describes such files; a mistake in a file that it names keeps its own.
 
     Raises:
         ConfigError: It cannot be read, or the block refuses what it says.
@@ -23,11 +24,11 @@ def reading(path: Path, what: str) -> Iterator[str]:
     try:
         text = read_utf8(path).replace("\r\n", "\n")
     except OSError as error:
-        raise ConfigError(str(path), f"{what} cannot be read: {error.strerror}") from error
+        raise ConfigError(str(path), f"{what} cannot be read: {error.strerror}", page) from error
     try:
         yield text
     except ConfigError as error:
-        raise ConfigError(f"{path}: {error.key}", error.reason) from error
+        raise ConfigError(f"{path}: {error.key}", error.reason, error.page or page) from error
 
 
 def toml_text(table: Mapping[str, Any], head: Sequence[str] = ()) -> str:

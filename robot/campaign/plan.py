@@ -47,6 +47,7 @@ from sim_hw.twin.effects import LEG, EffectKind, EffectParameter, TwinEffect, fi
 
 ID_LETTERS = 10
 REALITY_NAME = "reality.json"
+CAMPAIGN_PAGE = "docs/twin.md#a-campaign"  # for a mistake in a scenario file
 OF_FORCE_SENSORS = "force_"  # how the names of their effects begin
 
 
@@ -101,7 +102,7 @@ def read_scenario(path: Path, reality: Reality = USUAL) -> CampaignScenario:
     Raises:
         ConfigError: It cannot be read, or asks for what cannot be.
     """
-    with reading(path, "the scenario") as text:
+    with reading(path, "the scenario", CAMPAIGN_PAGE) as text:
         return _scenario(path, parse_table(text, "scenario"), reality)
 
 
@@ -291,7 +292,7 @@ def _two_stages(
     first = kinds[int(random.integers(len(kinds)))]
     others = [kind for kind in kinds if kind.stage != first.stage]
     if not others:
-        raise ConfigError("cases.pairs", "need effects of two stages at least")
+        raise ConfigError("cases.pairs", "need effects of two stages at least", CAMPAIGN_PAGE)
     return first, others[int(random.integers(len(others)))]
 
 

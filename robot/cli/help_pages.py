@@ -12,6 +12,7 @@ from model.errors import (
     ModelError,
     RecordError,
 )
+from robot.console.shipped import ROBOT_FILE_PAGE
 
 # The first that fits; a page that does not exist fails a test.
 PAGES: tuple[tuple[type[BigantError], str], ...] = (
@@ -22,7 +23,6 @@ PAGES: tuple[tuple[type[BigantError], str], ...] = (
     (GapError, "docs/gap_effects.md"),
     (ModelError, "docs/model.md"),
 )
-ROBOT_FILE_PAGE = "docs/tutorial.md#your-robots-file"
 # A key of a table, with its file before it or not: legs.servo_zero, lab.toml: servo_bus.ids[2].
 KEY = re.compile(r"(?:.*: )?[a-z_]+(\.[A-Za-z_]+)+(\[\d+\])*")
 FILE_ENDS = (".toml", ".mcap", ".json", ".parquet")
@@ -31,6 +31,8 @@ FILE_ENDS = (".toml", ".mcap", ".json", ".parquet")
 def page_of(error: BigantError) -> str:
     """Return the page that helps, empty where the error itself says all there is."""
     if isinstance(error, ConfigError):
+        if error.page:
+            return error.page
         # an option's mistake is explained by the option's help; a key's by the page on the file
         own = KEY.fullmatch(error.key) and not error.key.endswith(FILE_ENDS)
         return ROBOT_FILE_PAGE if own or "robot file" in error.reason else ""

@@ -49,6 +49,7 @@ from robot.config.undriven import (
     not_driven,
 )
 from robot.console.arguments import DEFAULT_ROBOT_FILE
+from robot.console.shipped import ROBOT_FILE_PAGE
 
 LONGEST_LATE_S = 0.1
 WATCHDOG_STEP_S = 0.02
@@ -121,7 +122,7 @@ def load_robot(
         ConfigError: A file cannot be read, a key in it cannot be used, or the robot cannot be driven.
     """
     file = Path(path)
-    with reading(file, "the robot file") as text:
+    with reading(file, "the robot file", ROBOT_FILE_PAGE) as text:
         config = parse_robot(complete(text, file.parent))
     if driven and not config.driven:
         raise not_driven(config.parameters.leg)

@@ -10,6 +10,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).resolve().parent.parent  # robot/
 INSTALLED = (PACKAGE / "shipped").is_dir()  # from a wheel; otherwise this is a clone
 HOME = PACKAGE / "shipped" if INSTALLED else PACKAGE.parent
+ROBOT_FILE_PAGE = "docs/tutorial.md#your-robots-file"  # for a mistake in a robot file
 PAGE = re.compile(r"\bdocs/\w+\.md\b")
 
 

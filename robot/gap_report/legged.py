@@ -22,6 +22,7 @@ from record.toml_file import reading
 from record.trial.trial import Trial
 from robot.config.gait_file import with_gait
 from robot.config.robot_file import load_robot, parse_robot
+from robot.console.shipped import ROBOT_FILE_PAGE
 
 NO_FILE = (
     'the runs name no robot file; add robot = "FILE.toml" to [trial] in the file beside the table'
@@ -66,7 +67,7 @@ def robot_text(path: Path) -> str:
     Raises:
         ConfigError: It cannot be read; or it is a whole robot file, and something in it is wrong.
     """
-    with reading(path, "the robot file") as own:
+    with reading(path, "the robot file", ROBOT_FILE_PAGE) as own:
         text = complete(own, path.parent)
         try:
             if parse_table(text).has("servo"):

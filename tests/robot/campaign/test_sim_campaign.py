@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -43,6 +44,29 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
 
 def tables(folder: Path) -> dict[str, bytes]:
     return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*.parquet"))}
+
+
+@pytest.mark.parametrize("key", ["repeats", "seed", "conditions"])
+def test_a_mistake_in_a_scenario_names_the_page_on_scenarios(
+    scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], key: str
+) -> None:
+    text = scenario_file.read_text()
+    scenario_file.write_text(re.sub(rf"(?m)^{key} =.*$|\[{key}\]", "", text))
+    assert command(["campaign", "make", str(scenario_file), "--out", str(tmp_path / "out")]) != 0
+    told = capsys.readouterr().err
+    assert f"{key}: is missing" in told
+    assert told.endswith("(see docs/twin.md#a-campaign)\n")
+
+
+def test_a_mistake_in_the_robot_file_of_a_scenario_names_the_page_on_robot_files(
+    scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = tmp_path / "bigant.toml"
+    robot.write_text(re.sub("(?m)^servo_zero.*$", "", robot.read_text()))
+    assert command(["campaign", "make", str(scenario_file), "--out", str(tmp_path / "out")]) != 0
+    told = capsys.readouterr().err
+    assert "bigant.toml: " in told
+    assert told.endswith("(see docs/tutorial.md#your-robots-file)\n")
 
 
 @pytest.mark.soak

@@ -10,12 +10,14 @@ from pathlib import Path
 import pytest
 
 from model.errors import BigantError, BusError, ConfigError, GaitRefused, RecordError
+from robot.campaign.plan import CAMPAIGN_PAGE
 from robot.cli import main as cli
 from robot.cli.commands import COMMANDS, GROUP_HELP, HEADINGS
 from robot.cli.examples import EXAMPLES
-from robot.cli.help_pages import PAGES, ROBOT_FILE_PAGE, page_hint
+from robot.cli.help_pages import PAGES, page_hint
 from robot.cli.old_names import LAST_VERSION, OLD_NAMES, with_new_names
 from robot.console.exit_codes import ExitCode
+from robot.console.shipped import ROBOT_FILE_PAGE
 from tests.test_docs import anchors_of
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -156,6 +158,7 @@ def test_the_lazy_parser_and_the_full_one_are_the_same() -> None:
         (ConfigError("leg.crank", "too long"), ROBOT_FILE_PAGE),
         (ConfigError("lab.toml: legs.servo_zero[2]", "too large"), ROBOT_FILE_PAGE),
         (ConfigError("lab.toml", "the robot file cannot be read"), ROBOT_FILE_PAGE),
+        (ConfigError("lab.toml: cases.repeats", "is missing", CAMPAIGN_PAGE), CAMPAIGN_PAGE),
         (ConfigError("faults.toml", "the scenario cannot be read"), ""),
         (ConfigError("faults.toml: servo", "must be a table"), ""),
         (ConfigError("--port", "taken"), ""),
@@ -167,7 +170,7 @@ def test_an_error_names_the_page_that_helps(error: BigantError, page: str) -> No
 
 
 def test_pages_that_errors_name_exist() -> None:
-    named = {page for _, page in PAGES} | {ROBOT_FILE_PAGE}
+    named = {page for _, page in PAGES} | {ROBOT_FILE_PAGE, CAMPAIGN_PAGE}
     for path in sorted((ROOT / "robot").rglob("*.py")):
         named |= set(re.findall(r"docs/[\w/]+\.md(?:#[\w-]+)?", path.read_text(encoding="utf-8")))
     assert len(named) > 5
