@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gap.constants import MOSTLY
+from gap.coverage.coverage import unwatched_stages
 from gap.data.usual_spikes import without_usual_spikes
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
 from gap.diagnosis.by_vibration import settled_by_vibration, shaken_channels
 from gap.diagnosis.commissioning import commissioned_study
-from gap.diagnosis.coverage import unwatched_stages
 from gap.diagnosis.detection import Detection, detect, detectable
 from gap.diagnosis.drop_worse import adds_little, drop_unclear, drop_worse
 from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gap.diagnosis.coverage import Coverage, coverage_of
+from gap.coverage.coverage import Coverage, coverage_of
 from gap.interfaces import Simulator
 from model.errors import BigantError, ConfigError
 from model.values.arrays import FloatArray
@@ -119,19 +119,18 @@ def _diagnosis(trial: Trial) -> Ability:
 
 def _not_compared(trial: Trial, coverage: Coverage) -> list[str]:
     """Kinds of channels of legs that were measured, and that the simulator has no channels for."""
-    predicted = {_kind(one.name) for one in (*coverage.measured, *coverage.missing)}
+    measured = (one.name for one in coverage.measured)
+    predicted = {_kind(name) for name in (*measured, *coverage.missing)}
     legs = ((FEET, trial.foot_m), (FORCES, trial.force_n))
     return [kind for kind, one in legs if kind not in predicted and np.isfinite(one).any()]
 
 
 def _groups(coverage: Coverage, *, measured: bool) -> str:
     """Kinds of channels in a few words: shafts, feet, forces, body."""
-    channels = coverage.measured if measured else coverage.missing
-    kinds = dict.fromkeys(_kind(channel.name) for channel in channels)
-    if not measured:  # of a kind that is measured at some places, the rest needs no mention
-        have = {_kind(channel.name) for channel in coverage.measured}
-        kinds = {kind: None for kind in kinds if kind not in have}
-    return ", ".join(kinds)
+    have = dict.fromkeys(_kind(channel.name) for channel in coverage.measured)
+    # of a kind that is measured at some places, the rest needs no mention
+    lacking = dict.fromkeys(kind for name in coverage.missing if (kind := _kind(name)) not in have)
+    return ", ".join(have if measured else lacking)
 
 
 def _kind(channel: str) -> str:

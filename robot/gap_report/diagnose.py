@@ -7,9 +7,9 @@ from functools import partial
 from pathlib import Path
 from warnings import catch_warnings, simplefilter
 
+from gap.coverage.blind_spots import blind_spots
 from gap.delegate import many_of
 from gap.diagnosis.as_json import diagnosis_json
-from gap.diagnosis.coverage import blind_spots
 from gap.diagnosis.diagnose import Progress, Proposer, diagnose_study, silent
 from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.interfaces import Simulator
@@ -27,7 +27,7 @@ from robot.console.program_output import tell
 from robot.console.progress import ProgressBar
 from robot.console.screen_fit import terminal_width, wrapped
 from robot.gap_report.alone import fit_alone
-from robot.gap_report.blind import blind_json, blind_lines
+from robot.gap_report.blind import blind_json, blind_lines, check_comparable
 from robot.gap_report.legged import proposer_of
 from robot.gap_report.split import split_lines, with_hold_out
 from robot.gap_report.study import study_of
@@ -79,6 +79,7 @@ def report_diagnosis(request: GapDiagnoseRequest) -> Diagnosis:
     # what cannot be seen is a matter of sensors and runs: the chain says it for MuJoCo as well
     chain = runs.simulator(request.effects) if request.sim == MUJOCO else simulator
     spots = blind_spots(chain, runs.trials)
+    check_comparable(spots, runs.trials)
     if not to_stdout(request.json):
         for line in blind_lines(spots):
             tell("\n".join(wrapped(line, terminal_width())))

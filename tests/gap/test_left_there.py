@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gap.constants import MOST_LEFT
-from gap.diagnosis.coverage import unwatched_stages
+from gap.coverage.coverage import unwatched_stages
 from gap.diagnosis.diagnose import _roughness, diagnose
 from gap.diagnosis.findings import Diagnosis
 from gap.diagnosis.how_far import ChannelShrink, HowFar

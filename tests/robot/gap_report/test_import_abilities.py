@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gap.diagnosis.coverage import blind_spots, coverage_of
+from gap.coverage.blind_spots import blind_spots
+from gap.coverage.coverage import coverage_of
 from gap.interfaces import Cause, DataFault, Drive
 from model.errors import GapError
 from record.trial.import_table import ImportReport
@@ -249,6 +250,83 @@ def test_joints_alone_show_what_moves_shafts_and_nothing_else(whole: Trial) -> N
     body = blind_spots(simulator, [without(whole, "force_n", "foot_m", "shaft_rad", "shaft_rad_s")])
     assert "encoder_scale" in {one.effect for one in body.effects}
     assert "payload" not in {one.effect for one in body.effects}
+
+
+def at_leg(trial: Trial, leg: int, *fields: str) -> Trial:
+    """The trial without what was measured at one leg."""
+    values = {field: getattr(trial, field).copy() for field in fields}
+    for value in values.values():
+        value[:, leg] = np.nan
+    return replace(trial, **values)
+
+
+def test_places_on_the_ground_hide_as_well_where_nothing_says_how_far_it_walked(
+    whole: Trial,
+) -> None:
+    spots = blind_spots(run_simulator(whole), [without(whole, "force_n", "foot_m", *BODY)])
+    sensors = {one.effect: sensors_of(one.channels, spots.missing) for one in spots.effects}
+    assert "the body's pose" in sensors["ground_step"]
+    assert "force sensors" in sensors["friction_patch"]
+    assert all(sensors.values())
+
+
+def test_an_effect_that_forces_hardly_show_is_to_be_seen_with_them(whole: Trial) -> None:
+    """What hides without a sensor and not with it, hides for want of it."""
+    spots = blind_spots(run_simulator(whole), [without(whole, "force_n")])
+    assert blind_json(spots)["not_excited"] == []
+    assert "tilt_coupling" in "".join(blind_lines(spots))
+
+
+def test_without_commands_effects_of_shafts_are_to_be_seen_with_commands(whole: Trial) -> None:
+    spots = blind_spots(run_simulator(whole), [without(whole, "command_rad")])
+    assert blind_json(spots)["not_measured"] == ("command",)
+    first, second = blind_lines(spots)
+    assert first == "not measured: commands; these runs cannot show, whatever is wrong"
+    assert {"servo_lag", "command_delay", "joint_friction"} <= set(
+        second.split(" (")[0].strip().split(", ")
+    )
+    assert second.endswith("(to be seen with commands)")
+    assert "not measured: commands" in said(without(whole, "command_rad"))["diagnosis"][1]
+
+
+@pytest.mark.parametrize(
+    ("fields", "missing", "effects"),
+    [
+        (("shaft_rad", "shaft_rad_s"), "joint angles of HL", "encoder_scale"),
+        (("force_n",), "force sensors of HL", "force_gain"),
+        (("foot_m",), "foot markers of HL", ""),
+    ],
+)
+def test_what_one_leg_lacks_is_said_with_the_leg(
+    whole: Trial, fields: tuple[str, ...], missing: str, effects: str
+) -> None:
+    spots = blind_spots(run_simulator(whole), [at_leg(whole, 0, *fields)])
+    first, *hidden = blind_lines(spots)
+    assert first.startswith(f"not measured: {missing}; ")
+    assert any(line.startswith("  at HL: ") and effects in line for line in hidden) or not effects
+    assert {one["effect"] for one in blind_json(spots)["cannot_be_seen_at"]} >= {effects} - {""}  # type: ignore[attr-defined]
+
+
+def test_legs_that_lack_the_same_sensor_are_named_together(whole: Trial) -> None:
+    trial = at_leg(at_leg(whole, 0, "force_n"), 2, "force_n", "foot_m")
+    first, hidden = blind_lines(blind_spots(run_simulator(whole), [trial]))
+    assert "force sensors of FL, HL" in first or "force sensors of HL, FL" in first
+    assert "foot markers of FL" in first
+    assert hidden.startswith("  at HL, FL: force_gain, ")
+
+
+def test_runs_without_anything_measured_are_refused_with_what_is_missing(
+    whole: Trial, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "walk.parquet"
+    everything = ("command_rad", "shaft_rad", "shaft_rad_s", "force_n", "foot_m", *BODY)
+    write_trial(without(whole, *everything), path)
+    assert cli.run(["gap", "diagnose", str(path)]) != ExitCode.OK
+    told = capsys.readouterr()
+    assert "these runs cannot show" not in told.out
+    missing = "commands, joint angles, foot markers, force sensors, the body's pose"
+    assert "there is nothing to diagnose: without commands or joint angles" in told.err
+    assert f"not measured: {missing}" in told.err
 
 
 def test_a_shaft_gives_under_predicted_loads_where_none_were_measured(whole: Trial) -> None:
