@@ -13,7 +13,7 @@ import numpy as np
 
 from gap.diagnosis.how_far import ChannelRms, channel_rms
 from gap.interfaces import Cause, Drive, Scope, Simulator, places_for
-from gap.residuals.evidence import errors
+from gap.residuals.evidence import errors, judging_drive, local_drive
 from gap.residuals.hold_out import HoldOut
 from gap.residuals.part_error import rms
 from gap.residuals.parts import TrialPart, block_starts, split
@@ -77,10 +77,18 @@ def each_alone(
         hold_out: Which of the trials judge; None holds out evenly.
 
     Raises:
-        GapError: An effect is not of the catalogue, or nothing can be compared.
+        GapError: An effect is not of the catalogue, runs have no commands, or nothing can be compared.
     """
     fitted, held = split(simulator, trials, hold_out)
     predictor = Predictor(simulator, trials)
+    if (
+        judging_drive(predictor, (*fitted, *held), lambda: local_drive(predictor, fitted))
+        is not Drive.COMMAND
+    ):
+        raise GapError(
+            "these runs have no commands, and effects by themselves are fitted end to end, from commands "
+            "alone; bigant gap diagnose without --alone feeds each stage what was measured"
+        )
     squares, judge = _Squares(predictor, fitted), _Squares(predictor, held)
     if not np.isfinite(squares.scale).any():
         raise GapError("no measured channel can be compared with the simulator; check the columns")

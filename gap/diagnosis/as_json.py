@@ -35,6 +35,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
             "held_out_runs": far.runs,
             "explainable": far.explainable,
             "what": "RMS over channels on held-out runs; before is 1",
+            "end_to_end": far.end_to_end,  # else each stage was fed what was measured
         },
         "none_of_these": d.none,
         "rivals": d.rivals,

@@ -33,7 +33,7 @@ from gap.diagnosis.verdict import gap_exists, named_causes, resembling, verdict_
 from gap.diagnosis.where import clearest_there, where
 from gap.experiments.next_run import NextRun
 from gap.experiments.open_causes import discriminating_runs, open_sets
-from gap.interfaces import DataFault, Drive, Proposal, Simulator
+from gap.interfaces import DataFault, Proposal, Simulator
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.hunting import Hunting
 from gap.residuals.predictions import PredictsElsewhere
@@ -327,8 +327,8 @@ def _next_runs(
         return ()
     effects = {effect.name: effect for effect in study.simulator.effects}
     of = [(one.cause, Candidate(effects[one.form], one.joints)) for one in rivals]
-    predictor, floor = study.predictor, study.floor(Drive.COMMAND)
-    sets = open_sets(predictor, study.trials, floor, selection.fitted.causes, of)
+    predictor, floor = study.predictor, study.floor(study.judging)
+    sets = open_sets(predictor, study.trials, floor, selection.fitted.causes, of, study.judging)
     return discriminating_runs(
         predictor, floor, sets, proposals,
         lambda share: progress("what to run next", NEXT_FROM + (1.0 - NEXT_FROM) * share),

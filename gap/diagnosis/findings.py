@@ -283,7 +283,8 @@ class Diagnosis:
             return ""
         verb = "is" if self.far.runs == 1 else "are"
         with_them = "with it" if len(self.causes) == 1 else "with them"
-        return f", but from commands alone {self.held_out} {verb} predicted worse {with_them}"
+        fed = "from commands alone " if self.far.end_to_end else ""
+        return f", but {fed}{self.held_out} {verb} predicted worse {with_them}"
 
     @property
     def _hunting_words(self) -> str:

@@ -24,8 +24,8 @@ class GapEvidence:
     Attributes:
         study: Trials, references and the simulator.
         evidence: What is fitted to, each stage by itself.
-        end_to_end: The same from commands alone.
-        held: What judges, from commands alone.
+        end_to_end: The same from commands alone; None where runs have none.
+        held: What judges, from commands alone; else each stage by itself.
         candidates: Everything that could be the cause.
         signatures: Of every candidate.
         runs: References, each in units of what the others predict; none where there are too few.
@@ -35,7 +35,7 @@ class GapEvidence:
 
     study: Study
     evidence: Evidence
-    end_to_end: Evidence
+    end_to_end: Evidence | None
     held: Evidence
     candidates: tuple[Candidate, ...]
     signatures: Signatures
@@ -71,7 +71,7 @@ def compare(study: Study, progress: Callable[[float], None]) -> GapEvidence:
     return GapEvidence(
         study=study,
         evidence=evidence,
-        end_to_end=study.evidence(Drive.COMMAND),
+        end_to_end=study.evidence(Drive.COMMAND) if study.judging is Drive.COMMAND else None,
         held=study.held_evidence(),
         candidates=candidates,
         signatures=signatures,

@@ -1,8 +1,9 @@
 """How far the gap shrinks on held-out trials, that no fit has seen.
 
-End to end (``Drive.COMMAND``), with what references predict subtracted, in units of the baseline. The
-interval is over held-out runs where there are several: what differs between runs shows in runs only. Of
-one or two it is over their cycles, and says so.
+End to end (``Drive.COMMAND``), or where runs have no commands with each stage fed what was measured; with
+what references predict subtracted, in units of the baseline. The interval is over held-out runs where there
+are several: what differs between runs shows in runs only. Of one or two it is over their cycles, and says
+so.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,7 +14,7 @@ import numpy as np
 from scipy import special
 
 from gap.constants import HELD_OUT_WORSE
-from gap.interfaces import Cause, Channel
+from gap.interfaces import Cause, Channel, Drive
 from gap.residuals.evidence import Evidence
 from gap.residuals.parts import TrialPart
 from gap.residuals.whitening import Whitener
@@ -25,6 +26,9 @@ TRACE_POINTS = 400
 FEWEST_RUNS = 3  # from which an interval is over runs
 MOST_SWITCHED = 4  # causes, up to which every set of them is predicted
 FEWEST_BLOCKS = 4  # from which a difference between two sets of causes has a scatter
+FED_BY_SENSORS = (
+    "without commands these runs cannot be judged end to end: each stage was fed what was measured"
+)
 UNCHANGED = 1e-9  # of the RMS, by rounding
 BROKEN = (
     1e9  # baselines off, from which a simulation has broken down: how far off it is, is no figure
@@ -99,6 +103,7 @@ class HowFar:
         sets: Sets of causes that were predicted, each as its causes' numbers in order; none and all among
             them. Of up to four causes, every set.
         rms: RMS over all channels in units of the baseline with each of these sets.
+        end_to_end: Whether commands alone fed the stages; else each was fed what was measured.
     """
 
     before: float
@@ -115,6 +120,12 @@ class HowFar:
     traces: tuple[Trace, ...]
     sets: tuple[tuple[int, ...], ...]
     rms: tuple[float, ...]
+    end_to_end: bool
+
+    @property
+    def fed_words(self) -> str:
+        """Say what fed the stages if it was not the commands alone; empty otherwise."""
+        return "" if self.end_to_end else FED_BY_SENSORS
 
     @property
     def each(self) -> FloatArray:
@@ -135,7 +146,7 @@ class HowFar:
 
 
 def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
-    """Measure what causes do to held-out trials under ``Drive.COMMAND``; the seed is of the resampling."""
+    """Measure what causes do to held-out trials under their drive; the seed is of the resampling."""
     n = len(causes)
     sets = sets_of(n)
     predicted = held.predictions([tuple(causes[i] for i in one) for one in sets])
@@ -168,6 +179,7 @@ def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
         traces=_traces(held, predicted, sets, _most_changed(before, after, rest)),
         sets=sets,
         rms=tuple(float(np.sqrt(_mean(energy[one], weight))) for one in sets),
+        end_to_end=held.drive is Drive.COMMAND,
     )
 
 

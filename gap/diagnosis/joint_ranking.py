@@ -19,7 +19,8 @@ class JointGap:
             equal shares: then its squares in ``channel`` over those of all joints that show a gap.
         channel: The channel in which the joints differ most; for one that has no such channel (a leg, whose
             forces are measured and not its angle) that of its own in which it differs most.
-        rms: Measured minus predicted of that channel end to end, in its unit; NaN if not compared.
+        rms: Measured minus predicted of that channel, in its unit: end to end, or fed what was measured
+            where runs have no commands; NaN if not compared.
     """
 
     joint: str
@@ -34,7 +35,7 @@ def rank_joints(local: Evidence, end_to_end: Evidence, above: FloatArray) -> tup
 
     Args:
         local: The trials, each stage by itself.
-        end_to_end: The same under commands.
+        end_to_end: The same under commands, or ``local`` where runs have none.
         above: Energy of each channel above expectation, (C,).
     """
     channels = local.simulator.channels

@@ -13,7 +13,14 @@ import numpy as np
 from gap.constants import ASSUMED_MISFIT, MOST_INFLATION
 from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.at_once import meanwhile
-from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
+from gap.residuals.evidence import (
+    Evidence,
+    errors,
+    evidence_of,
+    judging_drive,
+    local_drive,
+    make_evidence,
+)
 from gap.residuals.floor import (
     ENOUGH_REFERENCES,
     Floor,
@@ -86,6 +93,12 @@ class Study:
         """What feeds the stages where each is compared by itself."""
         return local_drive(self.predictor, self.fitted or self.references)
 
+    @cached_property
+    def judging(self) -> Drive:
+        """What feeds the stages of the runs that judge: commands, unless some run has none."""
+        parts = (*self.fitted, *self.held, *self.references)
+        return judging_drive(self.predictor, parts, lambda: self.local)
+
     @property
     def calibrated(self) -> bool:
         """Whether references say how much healthy runs differ.
@@ -154,8 +167,9 @@ class Study:
         floor = replace(floor, sigma=np.fmax(floor.sigma, ASSUMED_MISFIT * misfit))
         return make_evidence(self.predictor, self.fitted, drive, floor)
 
-    def held_evidence(self, drive: Drive = Drive.COMMAND) -> Evidence:
-        """Return what judges: end to end, or as it is fitted to."""
+    def held_evidence(self, drive: Drive | None = None) -> Evidence:
+        """Return what judges under a drive; None for ``judging``."""
+        drive = self.judging if drive is None else drive
         return make_evidence(self.predictor, self.held, drive, self.floor(drive))
 
     def whole_held(self, drive: Drive) -> Evidence | None:

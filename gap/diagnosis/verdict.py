@@ -210,10 +210,16 @@ def warnings_of(
     if references and not {p.gait for p in study.fitted} <= {p.gait for p in study.references}:
         yield "a gait has no reference run: its baseline is uncertain"
     if study.references and any(far.worse):
-        yield (
-            "end to end, from commands alone, held-out runs are predicted worse with a named cause; it "
-            "is named because they are predicted better where each stage is fed with measurements"
-        )
+        if far.end_to_end:
+            yield (
+                "end to end, from commands alone, held-out runs are predicted worse with a named cause; it "
+                "is named because they are predicted better where each stage is fed with measurements"
+            )
+        else:
+            yield (
+                "held-out runs are predicted worse with a named cause in some of their channels; it is "
+                "named because the channels that it acts on are predicted better"
+            )
     if study.references and named and far.high < LITTLE:
         most = 100.0 * max(far.high, 0.0)
         yield (

@@ -30,7 +30,7 @@ class StageGap:
 
     Attributes:
         own: Energy over expectation of its channels when fed what was measured (1 is none); NaN if unseen.
-        end_to_end: The same when all stages are fed commands.
+        end_to_end: The same when all stages are fed commands; NaN where runs have none.
         share: Its own energy above expectation over that of all stages, 0 to 1.
     """
 
@@ -97,12 +97,12 @@ class Where:
         return best.stage if best.share > 0 else ""
 
 
-def where(local: Evidence, end_to_end: Evidence, residual: FloatArray, seed: int) -> Where:
+def where(local: Evidence, end_to_end: Evidence | None, residual: FloatArray, seed: int) -> Where:
     """Make the map.
 
     Args:
         local: The trials under ``Drive.MEASURED``, or commands if the simulator is one piece.
-        end_to_end: The same under ``Drive.COMMAND``.
+        end_to_end: The same under ``Drive.COMMAND``; None where runs have no commands.
         residual: Whitened residual of ``local`` that is to be mapped, (F, C).
         seed: Of the random signs.
     """
@@ -111,7 +111,7 @@ def where(local: Evidence, end_to_end: Evidence, residual: FloatArray, seed: int
     above = _above(local, excess)
     return Where(
         _stages(local, end_to_end, excess, above),
-        rank_joints(local, end_to_end, above),
+        rank_joints(local, end_to_end or local, above),
         _channels(local, residual, excess, bins),
         _cells(local, residual, bins, seed),
     )
@@ -125,10 +125,12 @@ def _above(local: Evidence, excess: FloatArray) -> FloatArray:
 
 
 def _stages(
-    local: Evidence, end_to_end: Evidence, excess: FloatArray, above: FloatArray
+    local: Evidence, end_to_end: Evidence | None, excess: FloatArray, above: FloatArray
 ) -> tuple[StageGap, ...]:
     simulator = local.simulator
-    whole = end_to_end.excess(end_to_end.base)
+    whole = np.full(len(excess), np.nan)
+    if end_to_end is not None:
+        whole = end_to_end.excess(end_to_end.base)
     total = float(above.sum())
     out = []
     for stage in simulator.stages:

@@ -21,13 +21,15 @@ UNSEEN = 1e12  # noise of a channel that is not measured
 
 @dataclass(frozen=True, eq=False)
 class Imitation(Misfit):
-    """What causes predict end to end, against what a goal does; of each trial only its commands count.
+    """What causes predict against what a goal does, end to end: of each trial only its commands count.
 
-    The noise is the standard deviation of each trial's channels, (F, C).
+    The noise is the standard deviation of each trial's channels, (F, C); the drive is another for trials
+    without commands.
     """
 
     noise: Sequence[FloatArray]
     goal: tuple[Cause, ...]
+    drive: Drive = Drive.COMMAND
 
     @cached_property
     def goal_prediction(self) -> FloatArray:
@@ -36,7 +38,7 @@ class Imitation(Misfit):
 
     def predicted(self, causes: tuple[Cause, ...]) -> FloatArray:
         """Return what causes predict, in units of the noise, (F, C) of all trials."""
-        requests = [PredictionRequest(i, causes, Drive.COMMAND) for i in range(len(self.noise))]
+        requests = [PredictionRequest(i, causes, self.drive) for i in range(len(self.noise))]
         predicted = self.predictor.predict(requests)
         rows = [one / noise for one, noise in zip(predicted, self.noise, strict=True)]
         return np.nan_to_num(np.concatenate(rows))
@@ -49,7 +51,7 @@ class Imitation(Misfit):
 def noise_of(simulator: Simulator, trials: Sequence[Trial], floor: Floor) -> list[FloatArray]:
     """Return the standard deviation of each trial's channels, (F, C); large where they weigh little.
 
-    The floor is that under ``Drive.COMMAND``.
+    The floor is that of the runs that judge.
     """
     sigma = np.fmax(floor.sigma * np.sqrt(floor.dependence), 1e-12)
     noise = []
@@ -69,13 +71,14 @@ def imitate(
     of: int,
     rival: Candidate,
     floor: Floor,
+    drive: Drive = Drive.COMMAND,
 ) -> tuple[Cause, ...]:
     """Replace one cause, ``causes[of]``, by an alternative at the size that predicts the same runs best.
 
-    The floor is that under ``Drive.COMMAND``.
+    The floor is that under the drive.
     """
     noise = noise_of(simulator, trials, floor)
-    misfit = Imitation(Predictor(simulator, trials), noise, causes)
+    misfit = Imitation(Predictor(simulator, trials), noise, causes, drive)
 
     def put(values: Sequence[float]) -> tuple[Cause, ...]:
         return (*causes[:of], rival.cause(values), *causes[of + 1 :])

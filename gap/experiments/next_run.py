@@ -55,7 +55,7 @@ def next_runs(
         proposals: Runs that could be made.
         simulator: The simulator.
         rivals: Alternative sets of causes to discriminate between.
-        floor: Its noise under ``Drive.COMMAND``.
+        floor: Its noise, of the runs that judge.
         progress: Gets the share that is done.
     """
     judged = []

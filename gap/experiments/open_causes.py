@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
-from gap.interfaces import Cause, Proposal
+from gap.interfaces import Cause, Drive, Proposal
 from gap.residuals.floor import Floor
 from gap.residuals.predictions import Predictor
 from gap.search.candidates import Candidate
@@ -23,6 +23,7 @@ def open_sets(
     floor: Floor,
     causes: tuple[Cause, ...],
     rivals: Sequence[tuple[int, Candidate]],
+    drive: Drive,
     progress: Callable[[float], None] = lambda share: None,
 ) -> list[tuple[Cause, ...]]:
     """Return the causes, and for each alternative the causes with it instead of one.
@@ -30,16 +31,17 @@ def open_sets(
     Args:
         predictor: The simulator, with the baseline model errors in it.
         trials: Measured runs.
-        floor: Noise under ``Drive.COMMAND``.
+        floor: Noise under the drive.
         causes: What was named beside the baseline model errors.
         rivals: Alternatives, each with the number of its cause.
+        drive: What feeds the stages of the runs that judge.
         progress: Gets the share that is done.
     """
     standing, sets = predictor.standing, [causes]
     for number, (of, rival) in enumerate(rivals, 1):
         like = imitate(
             predictor.simulator, trials[:MOST_TRIALS], (*standing, *causes), len(standing) + of,
-            rival, floor,
+            rival, floor, drive,
         )  # fmt: skip
         sets.append(like[len(standing) :])
         progress(number / len(rivals))

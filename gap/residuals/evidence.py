@@ -5,7 +5,7 @@ gives, and its logarithm where it is far more, so that a large gap that no cause
 what the candidates differ in.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -205,8 +205,30 @@ def errors(
 
 def local_drive(predictor: Predictor, parts: Sequence[TrialPart]) -> Drive:
     """Measured inputs, unless the simulator is one piece and then has no answer on most channels."""
-    known = [
-        sum(int(np.isfinite(one).any(axis=0).sum()) for one in errors(predictor, parts[:1], drive))
-        for drive in (Drive.MEASURED, Drive.COMMAND)
-    ]
-    return Drive.MEASURED if known[0] >= WHOLE_SHARE * known[1] else Drive.COMMAND
+    measured, command = (_answers(predictor, parts[:1], d) for d in (Drive.MEASURED, Drive.COMMAND))
+    return Drive.MEASURED if measured >= WHOLE_SHARE * command else Drive.COMMAND
+
+
+def judging_drive(
+    predictor: Predictor, parts: Sequence[TrialPart], local: Callable[[], Drive]
+) -> Drive:
+    """Commands alone, end to end, unless they were not recorded and most channels have no answer then.
+
+    Args:
+        predictor: Predicts the parts.
+        parts: All that is compared: what is judged, and the references that say what is expected.
+        local: Returns what feeds the stages otherwise.
+    """
+    for part in parts:
+        if np.isfinite(predictor.trials[part.trial].command_rad).any(axis=0).all():
+            continue
+        measured, command = (_answers(predictor, [part], d) for d in (local(), Drive.COMMAND))
+        if command < WHOLE_SHARE * measured:
+            return local()
+    return Drive.COMMAND
+
+
+def _answers(predictor: Predictor, parts: Sequence[TrialPart], drive: Drive) -> int:
+    """How many channels a drive has an answer for, of those that were measured."""
+    left = errors(predictor, parts, drive)
+    return sum(int(np.isfinite(one).any(axis=0).sum()) for one in left)

@@ -81,6 +81,7 @@ def measured_lines(
     lines += ["", f"measured again through {out.name}, on the held-out runs of the diagnosis:"]
     change = f"{rms_words(far.before)} -> {rms_words(far.after)}"
     lines.append(f"  RMS over all channels {change} of the baseline")
+    lines += [f"  {far.fed_words}"] if far.fed_words else []
     if math.isnan(far.after):
         lines.append("  the simulation with this file breaks down")
     elif math.isnan(far.shrink):
@@ -107,6 +108,7 @@ def measured_json(
     return {
         "before": far.before,
         "after": far.after,
+        "end_to_end": far.end_to_end,
         "shrink": far.shrink,
         "shrink_interval": [far.low, far.high],
         "shrink_in_diagnosis": diagnosis.shrink,

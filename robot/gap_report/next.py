@@ -6,7 +6,7 @@ from gap.diagnosis.diagnose import SURELY_NONE, Proposer, diagnose_study
 from gap.diagnosis.study import Study
 from gap.experiments.next_run import MOST_RUNS, NextRun
 from gap.experiments.open_causes import discriminating_runs, open_sets
-from gap.interfaces import Cause, Drive, Effect, Scope
+from gap.interfaces import Cause, Effect, Scope
 from gap.search.candidates import Candidate
 from model.errors import ConfigError, GapError
 from record.trial.header import LEGGED
@@ -58,8 +58,8 @@ def propose_runs(request: GapNextRequest) -> ExitCode:
     if rivals := list(dict.fromkeys(rivals)):
         each, predictor = _candidates(rivals, effects), study.predictor
         with ProgressBar("sizes of the candidates") as bar:
-            floor = study.floor(Drive.COMMAND)
-            sets = open_sets(predictor, study.trials, floor, causes, each, bar.show)
+            floor = study.floor(study.judging)
+            sets = open_sets(predictor, study.trials, floor, causes, each, study.judging, bar.show)
         with ProgressBar("trying runs in the simulator") as bar:
             ranked = discriminating_runs(predictor, floor, sets, propose(), bar.show)
     if request.json:

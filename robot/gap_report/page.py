@@ -145,7 +145,8 @@ def _facts(d: Diagnosis) -> list[tuple[str, str]]:
                 (percent_words(far.shrink), f"of the gap explained [{low}, {high}]: {about}")
             )
         change = f"{rms_words(far.before, '.2f')} → {rms_words(far.after, '.2f')}"
-        facts.append((change, "RMS difference; 1 is the baseline, without a gap"))
+        about = "; ".join(filter(None, ("1 is the baseline, without a gap", far.fed_words)))
+        facts.append((change, f"RMS difference; {about}"))
         facts.append((percent_words(d.none), "probability that the cause is not in the catalogue"))
     count = len(d.fitted_trials)
     if judged_by_parts(d):

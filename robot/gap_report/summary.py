@@ -190,20 +190,23 @@ def _share(one: NamedCause) -> str:
 
 
 def _how_far(d: Diagnosis) -> list[str]:
-    far = d.far
+    far, fed = d.far, [f"  {d.far.fed_words}"] if d.far.fed_words else []
     if not d.causes:
         return [
             f"how far: no cause is named, so nothing is explained; RMS over all channels "
-            f"{rms_words(far.before)} of its baseline on {d.held_out}"
+            f"{rms_words(far.before)} of its baseline on {d.held_out}",
+            *fed,
         ]
     change = f"RMS {rms_words(far.before)} -> {rms_words(far.after)} of its baseline"
     if math.isnan(far.after):
         return [
-            f"how far: not known, as the simulation with {whole_words(d)} breaks down on {d.held_out}"
+            f"how far: not known, as the simulation with {whole_words(d)} breaks down on {d.held_out}",
+            *fed,
         ]
     if math.isnan(far.shrink):
         return [
-            f"how far: on {d.held_out} the gap is too small to measure how much is explained; {change}"
+            f"how far: on {d.held_out} the gap is too small to measure how much is explained; {change}",
+            *fed,
         ]
     low, high = percent_words(far.low), percent_words(far.high)
     share = f"{percent_words(far.shrink)} [{low}, {high}]"
@@ -211,7 +214,7 @@ def _how_far(d: Diagnosis) -> list[str]:
         what = f"{share} of the gap, as energy above the baseline, is explained on {d.held_out}"
     else:
         what = f"{d.held_out} is predicted no better with {whole_words(d)} ({share} of the gap, as energy)"
-    lines = [f"how far: {what}; {change}", f"  {d.interval_words}"]
+    lines = [f"how far: {what}; {change}", *fed, f"  {d.interval_words}"]
     lines += changed_channels(far, MOST_CHANNELS)
     if d.remaining.stage:
         lines.append(f"  the residual is in the stage {d.remaining.stage}")

@@ -114,8 +114,9 @@ def test_the_same_runs_are_proposed_from_what_a_diagnosis_wrote() -> None:
     study = commissioned_study(
         trials, Toy(CATALOGUE), references, hold_out=held, standing=d.standing
     )
-    known, floor = study.predictor, study.floor(Drive.COMMAND)
-    sets = open_sets(known, trials, floor, tuple(one.cause for one in d.causes), rivals)
+    known, floor = study.predictor, study.floor(study.judging)
+    causes = tuple(one.cause for one in d.causes)
+    sets = open_sets(known, trials, floor, causes, rivals, study.judging)
     ranked = discriminating_runs(known, floor, sets, proposals())
     assert [one.name for one in ranked] == [one.name for one in d.next]
     for one, other in zip(ranked, d.next, strict=True):

@@ -87,6 +87,7 @@ def test_a_leg_is_ranked_by_a_channel_of_its_own() -> None:
     study = make_study(trials, Legs(), toy_references(3))
     comparison = compare(study, lambda _: None)
     above = np.array([9.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])  # angles, forces, speed
+    assert comparison.end_to_end is not None
     ranked = rank_joints(comparison.evidence, comparison.end_to_end, above)
     assert {one.joint: (one.channel, one.unit) for one in ranked} == {
         **dict.fromkeys("abc", ("angle", "rad")),

@@ -185,9 +185,9 @@ def test_alternatives_are_compared_beside_the_baseline_model_errors(
     study = study_of(runs, runs.simulator(), (there,))
     effects = {one.name: one for one in study.simulator.effects}
     causes = (Cause("controller_gain", ("arm",), (gain["parameters"]["ratio"],)),)
-    known, floor = study.predictor, study.floor(Drive.COMMAND)
+    known, floor = study.predictor, study.floor(study.judging)
     rival = Candidate(effects["supply_voltage"], ("arm",))
-    sets = open_sets(known, study.trials, floor, causes, [(0, rival)])
+    sets = open_sets(known, study.trials, floor, causes, [(0, rival)], study.judging)
     (size,) = (one["parameters"]["ratio"] for one in found["candidates"][1])
     assert size == pytest.approx(sets[1][0].values[0], rel=1e-9)
     propose = kind_named(SERVO_BENCH).propose
