@@ -10,6 +10,7 @@ from gap.coverage.coverage import unwatched_stages
 from gap.data.usual_spikes import without_usual_spikes
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
 from gap.diagnosis.by_vibration import settled_by_vibration, shaken_channels
+from gap.diagnosis.caveats import resembling, warnings_of
 from gap.diagnosis.commissioning import commissioned_study
 from gap.diagnosis.detection import Detection, detect, detectable
 from gap.diagnosis.drop_worse import adds_little, drop_unclear, drop_worse
@@ -29,7 +30,7 @@ from gap.diagnosis.probability import (
 from gap.diagnosis.second_look import second_look
 from gap.diagnosis.study import Study
 from gap.diagnosis.trend import RunChange, change_in_runs, none_with, trends_of
-from gap.diagnosis.verdict import gap_exists, named_causes, resembling, verdict_of, warnings_of
+from gap.diagnosis.verdict import gap_exists, named_causes, verdict_of
 from gap.diagnosis.where import clearest_there, where
 from gap.experiments.next_run import NextRun
 from gap.experiments.open_causes import discriminating_runs, open_sets
