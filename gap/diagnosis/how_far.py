@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 from scipy import special
 
-from gap.constants import HELD_OUT_WORSE
+from gap.constants import HELD_OUT_WORSE, NO_ANSWER
 from gap.interfaces import Cause, Channel, Drive
 from gap.residuals.evidence import Evidence
 from gap.residuals.parts import TrialPart
@@ -150,7 +150,8 @@ def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
     n = len(causes)
     sets = sets_of(n)
     predicted = held.predictions([tuple(causes[i] for i in one) for one in sets])
-    energy = {one: _energy(held, each) for one, each in zip(sets, predicted, strict=True)}
+    nothing = predicted[sets.index(())]
+    energy = {one: _energy(held, each, nothing) for one, each in zip(sets, predicted, strict=True)}
     whole = tuple(range(n))
     rest = [energy[whole[:i] + whole[i + 1 :]] for i in whole]
     weight = held.per_block(np.concatenate([(w.gain > 0) * 1.0 for w in held.whiteners]))
@@ -191,11 +192,20 @@ def sets_of(count: int) -> tuple[tuple[int, ...], ...]:
     return tuple(dict.fromkeys([(), *sets, numbers]))
 
 
-def _energy(held: Evidence, predicted: Sequence[FloatArray]) -> FloatArray:
-    """Squared difference in units of the baseline, summed over each block, (B, C); NaN if broken."""
+def _energy(
+    held: Evidence, predicted: Sequence[FloatArray], nothing: Sequence[FloatArray]
+) -> FloatArray:
+    """Squared difference in units of the baseline, summed over each block, (B, C); NaN if broken.
+
+    Where causes take away the answer that the simulator has with ``nothing``, they pay as in a fit.
+    """
     rows = []
-    for part, whitener, one in zip(held.parts, held.whiteners, predicted, strict=True):
+    for part, whitener, one, first in zip(
+        held.parts, held.whiteners, predicted, nothing, strict=True
+    ):
         error = _off(part, whitener, one)
+        if (lost := np.isnan(one) & ~np.isnan(first)).any():
+            error = np.where(lost, np.abs(_off(part, whitener, first)) + NO_ANSWER, error)
         rows.append(
             np.where(whitener.gain > 0, np.where(_is_broken(error), np.nan, error), 0.0) ** 2
         )

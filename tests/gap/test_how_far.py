@@ -54,6 +54,15 @@ def test_how_far_is_not_known_where_the_simulation_breaks_down(broken: float) ->
     assert json.loads(json_text(far))["after"] is None
 
 
+def test_no_prediction_is_not_taken_for_a_right_one() -> None:
+    study = make_study(toy_case([STIFF], 3), Fragile(broken=np.nan), toy_references(3))
+    far = how_far(study.held_evidence(), (STIFF, BIAS), 0)
+    assert far.alone[0] > 0.9
+    assert far.alone[1] < 0.0
+    assert far.worse == (False, True)
+    assert far.after > far.before
+
+
 def test_a_cause_that_breaks_the_simulation_is_not_named() -> None:
     study = make_study(toy_case([STIFF], 3), Fragile(), toy_references(3))
     comparison = compare(study, lambda _: None)
