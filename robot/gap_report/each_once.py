@@ -9,6 +9,8 @@ import numpy as np
 from model.errors import GapError
 from record.trial.trial import Trial
 
+NO_READINGS = ("time_s", "command_rad")
+
 
 def check_each_once(trials: Sequence[Trial], names: Sequence[object]) -> None:
     """Make sure that no recording is given twice, as trial, as reference, or as both.
@@ -25,6 +27,8 @@ def check_each_once(trials: Sequence[Trial], names: Sequence[object]) -> None:
     seen: dict[bytes, object] = {}
     for trial, name in zip(trials, names, strict=True):
         own = _digest(trial)
+        if own is None:
+            continue
         if own in seen:
             words = (
                 "is given twice" if seen[own] == name else f"has the same readings as {seen[own]}"
@@ -36,12 +40,13 @@ def check_each_once(trials: Sequence[Trial], names: Sequence[object]) -> None:
         seen[own] = name
 
 
-def _digest(trial: Trial) -> bytes:
-    """Tell readings from others; two that are missing are alike."""
-    hashed = hashlib.sha256()
+def _digest(trial: Trial) -> bytes | None:
+    """Tell readings from others; two that are missing are alike. None where nothing was measured."""
+    hashed, measured = hashlib.sha256(), False
     for one in fields(trial):
         values = getattr(trial, one.name)
-        if isinstance(values, np.ndarray) and one.name != "time_s":
+        if isinstance(values, np.ndarray) and one.name not in NO_READINGS:
+            measured = measured or bool(np.isfinite(values).any())
             hashed.update(one.name.encode() + str(values.shape).encode())
             hashed.update(np.ascontiguousarray(values).tobytes())
-    return hashed.digest()
+    return hashed.digest() if measured else None

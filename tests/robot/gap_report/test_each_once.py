@@ -18,6 +18,11 @@ def test_runs_that_differ_are_taken() -> None:
     check_each_once([FIRST, OTHER], ["one.csv", "other.csv"])
 
 
+def test_runs_in_which_nothing_was_measured_are_for_others_to_refuse() -> None:
+    empty = replace(FIRST, shaft_rad=np.full_like(FIRST.shaft_rad, np.nan))
+    check_each_once([empty, empty], ["one.csv", "other.csv"])
+
+
 @pytest.mark.parametrize(
     ("second", "name", "words"),
     [
