@@ -1,4 +1,4 @@
-"""Whether a cause is kept, and what stays open beside it."""
+"""Whether a cause is kept, and which alternatives to it stay open."""
 
 from gap.constants.constant import BY_HAND, DEVELOPMENT, THEORY, Constant
 

@@ -19,7 +19,7 @@ FIRST_NATS = Constant(
     0.5, "log likelihood that a candidate must gain to first order to be fitted", BY_HAND
 )
 SECOND_NATS = Constant(
-    10.0, "the same in a second list, for what is not near the best, with references", BY_HAND
+    10.0, "the same in a second list, for what is not near the best, with references", BY_HAND_LATER
 )
 SURELY_USUAL = Constant(
     0.05,
@@ -34,7 +34,7 @@ MUCH_LESS = Constant(
 NEAR_AS_GOOD = Constant(
     0.8,
     "share of a cause's gain, to first order, from which a candidate is tried in its place",
-    BY_HAND,
+    BY_HAND_LATER,
 )
 HOPELESS = Constant(
     0.3, "share of a cause's gain by which another in its place may be behind after one round of a fit",
@@ -52,6 +52,6 @@ NOTHING_LEFT = Constant(
     "the simulator without causes",
     BY_HAND,
 )
-ANEW = Constant(
+MADE_AGAIN = Constant(
     0.3, "share of the score that a cause must close for signatures to be made again", BY_HAND
 )

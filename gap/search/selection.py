@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gap.constants import ANEW, NOTHING_LEFT, TRIMMED, VIBRATES_LEAST
+from gap.constants import MADE_AGAIN, NOTHING_LEFT, TRIMMED, VIBRATES_LEAST
 from gap.interfaces import Cause, Effect
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, families_of, too_small
@@ -161,7 +161,7 @@ def _forward(
         selection = _dropped(evidence, selection, len(selection.steps) - 1)
         left = evidence.mean_excess(selection.fitted.residual)
         law = not best.added.effect.parameters
-        if left > NOTHING_LEFT and (law or share > ANEW):
+        if left > NOTHING_LEFT and (law or share > MADE_AGAIN):
             some = candidates if law else _near(evidence, candidates, about_none, selection)
             signatures = make_signatures(evidence, some, selection.fitted.causes, lambda _: None)
         progress(len(selection.steps) / look.search.most)

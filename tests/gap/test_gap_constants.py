@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.gap.constants.changes import OF_PROBABILITIES, half_and_twice, known
+from benchmarks.gap.constants.changes import OF_LEGGED, OF_PROBABILITIES, half_and_twice, known
 from benchmarks.gap.constants.figures import JudgedCase, counts, differences
 from benchmarks.gap.constants.saved_answers import again
 from gap.check.cases import CONTROL, OUTSIDE, SINGLE, CaseAnswer, CheckedCase, Named, Truth
@@ -20,9 +20,14 @@ TRUTH = Truth("delay", "drive", "", (("delay_s", 0.02),))
 
 
 def test_every_constant_is_measured_at_half_and_twice_the_value_that_it_has() -> None:
-    rows = MEASURED["small_machines"]["constants"]
-    assert {name: row["value"] for name, row in rows.items()} == known()
-    for name, row in rows.items():
+    rows, legged = (
+        MEASURED[section]["constants"] for section in ("small_machines", "legged_cases")
+    )
+    assert not set(rows) & set(OF_LEGGED), "what only legged robots have is measured on these"
+    assert set(OF_LEGGED) <= set(legged)
+    assert {name: row["value"] for name, row in (legged | rows).items()} == known()
+    for name, row in (*rows.items(), *legged.items()):
+        assert row["value"] == known()[name]
         changes = half_and_twice(name, row["value"])
         assert (row["half"]["at"], row["twice"]["at"]) == pytest.approx(
             tuple(one.value for one in changes), abs=1e-6
@@ -38,10 +43,16 @@ def test_constants_of_probabilities_are_measured_on_legged_robots_too() -> None:
 
 def test_no_share_is_doubled_to_one_or_more() -> None:
     bounded = ("SHOWN", "MOSTLY", "WHOLE_SHARE", "NONE_LIKELY", "OPEN_LEVEL", "FALSE_ALARMS", "TRIMMED",
-               "JOINT_UNLIKE", "GAIT_CORRELATION")  # fmt: skip
+               "JOINT_UNLIKE", "GAIT_CORRELATION", "CAUSES_PART", "NEAR_AS_GOOD",
+               "GRIP_LARGEST")  # fmt: skip
     for name in bounded:
         half, twice = half_and_twice(name, known()[name])
         assert 0.0 < half.value < known()[name] < twice.value < 1.0, name
+
+
+def test_vibration_stays_below_what_frames_can_show() -> None:
+    half, twice = half_and_twice("VIBRATES_FASTER", known()["VIBRATES_FASTER"])
+    assert 0.0 < half.value < known()["VIBRATES_FASTER"] < twice.value < 0.5
 
 
 @pytest.fixture(scope="module")

@@ -62,22 +62,22 @@ def main() -> None:
     old = earlier.get(section, {}) if request.only else {}
     # a row is compared with how answers were in its own run: engines change between runs
     runs = old.get("runs", {})
-    number = len(runs) + 1
-    rows = {name: {**row, "run": number} for name, row in measured["constants"].items()}
-    measured["constants"] = {**old.get("constants", {}), **rows}
     own = measured["unchanged"]
     if request.diagnose:
         own = {
             **own,
             "names": ", ".join(f"{one.parents[1].name} {one.name}" for one in request.diagnose),
         }
-        measured["names"] = own["names"]
     if request.campaigns:
         own = {**own, "realities": ", ".join(one.name for one in request.campaigns)}
         if old:  # most rows are of the cases before
             measured["unchanged"] = old["unchanged"]
         measured["realities"] = old.get("realities", own["realities"])
-    measured["runs"] = {**runs, str(number): own}
+    same = [number for number, run in runs.items() if run == own]
+    number = same[-1] if same else str(len(runs) + 1)
+    rows = {name: {**row, "run": int(number)} for name, row in measured["constants"].items()}
+    measured["constants"] = {**old.get("constants", {}), **rows}
+    measured["runs"] = {**runs, number: own}
     request.out.write_text(toml_text({**earlier, section: measured}, HEAD), encoding="utf-8")
 
 
