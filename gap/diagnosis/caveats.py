@@ -48,7 +48,7 @@ def warnings_of(
 
 
 def _of_runs(study: Study, blocks: int, named: Sequence[NamedCause]) -> Iterator[str]:
-    """What trials and references cannot tell."""
+    """What trials and references do not show."""
     references, fitted = len(study.references), {part.trial for part in study.fitted}
     if not references:
         yield "without reference runs, permanent simulator errors cannot be separated from new faults"
