@@ -67,7 +67,7 @@ def _of_runs(study: Study, blocks: int, named: Sequence[NamedCause]) -> Iterator
         )
     if len(fitted) < 2 and not study.calibrated:
         yield "+- covers only within-run noise; run-to-run variation needs more runs"
-    if fitted & {part.trial for part in study.held}:
+    if study.cut:
         yield (
             "only one run per gait: the first two thirds were used for fitting, the last third for "
             "testing"

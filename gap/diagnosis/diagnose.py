@@ -186,11 +186,9 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
     ambiguous = open_rivals(evidence, selection, [own for _, own in shared], fit.nats_after)
     reported = with_rough_means(evidence.effects, selection.fitted.causes, errors)
     named = named_causes(selection, [one for one, _ in shared], far, trends, reported, clear)
-    # with references a small gap's share is lost in their scatter, and they judge what is left instead;
-    # but causes with which held-out runs are surely predicted worse explain nothing
-    helps = not (far.high < 0.0 if comparison.study.references else far.shrink < MOSTLY)
+    helps = _helps(comparison.study, far) and not hunts
     return _Answer(
-        verdict_of(exists, named, none, ambiguous, helps=helps and not hunts),
+        verdict_of(exists, named, none, ambiguous, helps=helps),
         detection,
         change if detection is not None and detection.by_change else None,
         hunts,
@@ -200,6 +198,18 @@ def _answer(comparison: GapEvidence, selection: Selection, far: HowFar) -> _Answ
         none,
         fit,
     )
+
+
+def _helps(study: Study, far: HowFar) -> bool:
+    """Whether causes help to predict held-out runs, as far as these can tell.
+
+    With references a small gap's share is lost in their scatter, and they judge what is left instead. But
+    causes with which whole runs are surely predicted worse explain nothing; the end of a run that was cut
+    is a few cycles, which say nothing surely.
+    """
+    if study.references:
+        return study.cut or not far.high < 0.0
+    return not far.shrink < MOSTLY
 
 
 def _hunts_for_nothing(study: Study, selection: Selection) -> tuple[Hunting, ...]:
@@ -215,8 +225,7 @@ def _change(comparison: GapEvidence) -> RunChange | None:
     Trials that were cut to have something to judge by are no whole runs.
     """
     study, healthy = comparison.study, comparison.healthy
-    cut = {part.trial for part in study.fitted} & {part.trial for part in study.held}
-    if healthy is None or cut or new_commands((*study.fitted, *study.held), study.references):
+    if healthy is None or study.cut or new_commands((*study.fitted, *study.held), study.references):
         return None
     trials = (comparison.evidence, study.held_evidence(study.local))
     return change_in_runs(trials, healthy, comparison.candidates)

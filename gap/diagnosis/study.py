@@ -100,6 +100,11 @@ class Study:
         return judging_drive(self.predictor, parts, lambda: self.local)
 
     @property
+    def cut(self) -> bool:
+        """Whether trials were cut to have something to judge by: then no whole run is held out."""
+        return bool({part.trial for part in self.fitted} & {part.trial for part in self.held})
+
+    @property
     def calibrated(self) -> bool:
         """Whether references say how much healthy runs differ.
 
