@@ -190,8 +190,8 @@ def _within(effect: Effect, others: Sequence[Effect]) -> Effect | None:
     """
     parameters = []
     for p, *theirs in zip(effect.parameters, *(one.parameters for one in others), strict=True):
-        lower = max(p.lower, *(one.lower for one in theirs)) if theirs else p.lower
-        upper = min(p.upper, *(one.upper for one in theirs)) if theirs else p.upper
+        lower = max(one.lower for one in (p, *theirs))
+        upper = min(one.upper for one in (p, *theirs))
         if not lower <= p.neutral <= upper or not lower < upper:
             return None
         parameters.append(replace(p, lower=lower, upper=upper))

@@ -208,7 +208,7 @@ def _helps(study: Study, far: HowFar) -> bool:
     is a few cycles, which say nothing surely.
     """
     if study.references:
-        return study.cut or not far.high < 0.0
+        return study.cut or not far.surely_worse
     return not far.shrink < MOSTLY
 
 

@@ -279,7 +279,7 @@ class Diagnosis:
     @property
     def _worse_held_out(self) -> str:
         """That held-out runs are surely predicted worse with the causes, end to end."""
-        if not self.far.high < 0.0:
+        if not self.far.surely_worse:
             return ""
         verb = "is" if self.far.runs == 1 else "are"
         with_them = "with it" if len(self.causes) == 1 else "with them"

@@ -140,6 +140,11 @@ class HowFar:
         return not abs(with_it - without_it) <= UNCHANGED * without_it  # also where one broke down
 
     @property
+    def surely_worse(self) -> bool:
+        """Whether all causes together predict held-out runs worse, beyond the interval."""
+        return self.high < 0.0  # not where it is NaN
+
+    @property
     def over_runs(self) -> bool:
         """Whether the interval is over runs, and not over the cycles of one or two."""
         return self.runs >= FEWEST_RUNS

@@ -2,12 +2,12 @@
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import fields
 
 import numpy as np
 
 from model.errors import GapError
 from record.trial.trial import Trial
+from robot.gap_report.trial_bytes import arrays_of, bytes_of
 
 NO_READINGS = ("time_s", "command_rad")
 
@@ -41,12 +41,11 @@ def check_each_once(trials: Sequence[Trial], names: Sequence[object]) -> None:
 
 
 def _digest(trial: Trial) -> bytes | None:
-    """Tell readings from others; two that are missing are alike. None where nothing was measured."""
-    hashed, measured = hashlib.sha256(), False
-    for one in fields(trial):
-        values = getattr(trial, one.name)
-        if isinstance(values, np.ndarray) and one.name not in NO_READINGS:
-            measured = measured or bool(np.isfinite(values).any())
-            hashed.update(one.name.encode() + str(values.shape).encode())
-            hashed.update(np.ascontiguousarray(values).tobytes())
-    return hashed.digest() if measured else None
+    """Tell readings from others; None where nothing was measured."""
+    readings = {name: one for name, one in arrays_of(trial).items() if name not in NO_READINGS}
+    if not any(np.isfinite(one).any() for one in readings.values()):
+        return None
+    hashed = hashlib.sha256()
+    for part in bytes_of(readings):
+        hashed.update(part)
+    return hashed.digest()

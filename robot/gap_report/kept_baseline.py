@@ -7,12 +7,10 @@ them, so that none outlives a change of either.
 import hashlib
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import fields
 from functools import cache
 from importlib.resources import as_file, files
 from pathlib import Path
 
-import numpy as np
 from platformdirs import user_cache_path
 
 from gap.diagnosis.commissioning import commission
@@ -22,6 +20,7 @@ from model.errors import RecordError
 from record.earlier_file import earlier_files
 from record.trial.header import LEGGED
 from robot.gap_report.causes_file import read_causes, write_causes
+from robot.gap_report.trial_bytes import arrays_of, bytes_of
 
 FOLDER = "baselines"
 # What a baseline is computed from besides the runs.
@@ -63,12 +62,9 @@ def _digest(study: Study) -> str:
     digest = hashlib.sha256(f"{program_digest()} {study.local.value}".encode())
     references = study.predictor.trials[len(study.trials) :]
     for trial in references:
-        for each in fields(trial):
-            value = getattr(trial, each.name)
-            if isinstance(value, np.ndarray):
-                digest.update(f"{each.name} {value.dtype} {value.shape}".encode() + value.tobytes())
-            else:
-                digest.update(f"{each.name} {value!r}".encode())
+        digest.update(f"{trial.header!r}".encode())
+        for part in bytes_of(arrays_of(trial)):
+            digest.update(part)
     return digest.hexdigest()[:32]
 
 
