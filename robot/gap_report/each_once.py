@@ -35,7 +35,7 @@ def check_each_once(trials: Sequence[Trial], names: Sequence[object]) -> None:
             )
             raise GapError(
                 f"{name} {words}: one recording is one run, and may not be both a trial and a reference; "
-                "leave one of the two out"
+                "leave one of the two out (see docs/gap.md#what-to-record)"
             )
         seen[own] = name
 
