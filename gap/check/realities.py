@@ -38,6 +38,8 @@ from gap.check.score import (
 
 FIRST = "first cause right, with leg"
 LARGE_ENOUGH = "of those large enough to be seen"
+BOTH = "both causes of a pair"
+BOTH_LARGE_ENOUGH = "of pairs that are both large enough to be seen"
 AMONG = "true cause among the named"
 HEALTHY_ALONE = "healthy: nothing but the baseline"
 WITHIN_LOW, WITHIN_HIGH = 0.60, 0.80
@@ -72,9 +74,9 @@ def figures_of_reality(
 ) -> RealityFigures:
     """Count the cases of one reality.
 
-    Single cases count whether their gap was declared or not. Those with a number as large as the diagnosis
-    says it would have seen, or for whose effect it says nothing, count once more. Those with an effect that
-    it said beforehand its sensors cannot show do not count.
+    Single cases and pairs count whether their gap was declared or not. Those of which each cause has a
+    number as large as the diagnosis says it would have seen, or of whose effect it says nothing, count once
+    more. Those with an effect that it said beforehand its sensors cannot show do not count.
     """
     counted = [case for case in cases if not _cannot_be_seen(case)]
     single = [c for c in counted if c.kind == SINGLE]
@@ -93,7 +95,8 @@ def figures_of_reality(
         share("or in its declared group", (_in_group(c) for c in single), 0.95),
         share("stage right, of detected", (stage_right(c) for c in declared), 0.97),
         share("healthy called no_gap", (not gap_declared(c) for c in controls), 0.95),
-        share("both causes of a pair", (_both(c) for c in pairs), 0.80),
+        share(BOTH, map(_both, pairs), 0.80),
+        share(BOTH_LARGE_ENOUGH, (_both(c) for c in pairs if not too_small(c)), 0.80),
         share("outside: unexplained", map(recognised_unlike, odd), 0.75),
         number("AUROC of none of these", auroc, len(odd), ">= 0.93", lambda v: v >= 0.93),
         share(
@@ -164,12 +167,8 @@ def _in_group(case: CheckedCase) -> bool:
 
 
 def _both(case: CheckedCase) -> bool:
-    named = list(named_effects(case))
-    for truth in case.truths:
-        if truth.effect not in named:
-            return False
-        named.remove(truth.effect)
-    return True
+    """Whether each true cause is named, at its joint."""
+    return all(any(is_true(one, truth) for one in case.answer.named) for truth in case.truths)
 
 
 def _between(name: str, hits: Sequence[bool]) -> Figure:

@@ -12,18 +12,19 @@ from gap.constants import (
     CLEAR_ERRORS,
     FALSE_ALARMS,
     HELD_OUT_ADDS,
+    HELD_OUT_MOST,
     HELD_OUT_SIZEABLE,
     HELD_OUT_STAGE,
     LEAST_SIZE,
     SIZEABLE,
 )
 from gap.diagnosis.gap_evidence import GapEvidence
-from gap.diagnosis.held_stage import agrees, helps_its_stage
+from gap.diagnosis.held_stage import agrees, helps_its_stage, share_of_stage
 from gap.diagnosis.how_far import HowFar, how_far
 from gap.diagnosis.probability import HALF, clear_of_nothing
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
-from gap.search.candidates import families_of, size_of
+from gap.search.candidates import Family, families_of, size_of
 from gap.search.options import CAUSE_LEVEL
 from gap.search.replacement import fitted_for, in_its_place, left_out
 from gap.search.standard_errors import standard_errors
@@ -44,11 +45,16 @@ def drop_worse(
     """
     far = how_far(comparison.held, selection.fitted.causes, seed)
     alone = comparison.healthy is None
+    helpful: set[Family] = set()
     while selection.steps:
         if alone and (any(far.worse) or _left(far) > far.before):
             selection, far = _better(comparison, selection, far, seed)
             continue
-        at = (_idle if alone else _worst)(comparison, selection, far)
+        at = (
+            _idle(comparison, selection, far, helpful)
+            if alone
+            else _worst(comparison, selection, far)
+        )
         if at is None:
             break
         selection = left_out(comparison.evidence, selection, {at})
@@ -137,13 +143,16 @@ def _sizes(comparison: GapEvidence, selection: Selection) -> list[float]:
     return [size_of(one, effects[one.effect]) for one in selection.fitted.causes]
 
 
-def _idle(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | None:
+def _idle(
+    comparison: GapEvidence, selection: Selection, far: HowFar, helpful: set[Family]
+) -> int | None:
     """Number of the cause that adds least to the others on held-out runs, if that is next to nothing.
 
     Beside a cause that explains nearly all of the gap (a servo that lags), others can add next to nothing
     to the whole and be right all the same: those that help their stage stay, large ones sooner. A
     small one helps its stage where it is only what a wrong law looks like, and an effect with numbers for
-    each joint too easily; these are judged by the whole.
+    each joint too easily; these are judged by the whole. What has helped beside others stays when these
+    are dropped (it is added to ``helpful``): with fewer next to it, it may seem to help less.
     """
 
     def stays(at: int) -> bool:
@@ -152,11 +161,16 @@ def _idle(comparison: GapEvidence, selection: Selection, far: HowFar) -> int | N
         least: float = HELD_OUT_SIZEABLE if sizes[at] >= SIZEABLE else HELD_OUT_STAGE
         if not causes[at].values:
             least = 0.0  # a law is there or not: it has no size that a misfit could choose
+        elif sizes[at] >= SIZEABLE and share_of_stage(comparison, causes, at) >= HELD_OUT_MOST:
+            least = 0.0  # little of its stage shows it, and shows little else
         return not judged_by_the_whole and agrees(comparison, causes, at, least)
 
     sizes = _sizes(comparison, selection)
+    families = [step.chosen.added.family for step in selection.steps]
     order = sorted(adds_little(far), key=lambda at: (far.last[at], at))
-    return next((at for at in order if not stays(at)), None)
+    idle = [at for at in order if families[at] not in helpful and not stays(at)]
+    helpful |= {families[at] for at in order if at not in idle}
+    return next(iter(idle), None)
 
 
 def _better(

@@ -5,13 +5,13 @@ legs that were built by hand differ in. What is wrong with it comes after these.
 causes that gain as much of the whole score as a baseline model error must. A cause in one leg gains less,
 and so does one at a place: these are named if they explain their part of what is left in their channels,
 the one in a leg only where this is unlike the others. So are, last, one of the whole machine that is large
-and explains a part of its channels, most of it in held-out runs, and one in a leg, alike or not, that
-explains most of its channels there. Each must help to predict held-out runs, each stage fed with
-what was measured.
+and explains a part of its channels, most of it in held-out runs; one in a leg, alike or not, that
+explains most of its channels there; and either that is larger than machines are built with. Each must help
+to predict held-out runs, each stage fed with what was measured.
 """
 
 from collections.abc import Callable, Sequence, Set
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from gap.constants import (
     FALSE_ALARMS,
@@ -19,6 +19,9 @@ from gap.constants import (
     LAW_GAIN,
     LEAST_SIZE,
     MAY_REACH,
+    NOT_BUILT,
+    NOT_BUILT_HELD,
+    NOT_BUILT_SHARE,
     PLACE_SHARE,
     REST_SHARE,
     SIZEABLE,
@@ -33,6 +36,7 @@ from gap.search.fit import Fitted
 from gap.search.look import Look, rank
 from gap.search.options import (
     Option,
+    Walked,
     as_they_act,
     ends_on_bound,
     fit_option,
@@ -46,10 +50,31 @@ from gap.search.unlike import unlike_joints
 
 MOST_MORE = 8  # causes
 FITTED = 3  # joints, or places, at each step
-FITTED_BY_SHARE = 4  # candidates that explain much of their channels, at each step
+FITTED_BY_SHARE = 4  # candidates that may meet a demand, at each step
 WALKED = 60  # candidates at single joints that are predicted at a few sizes, at each step
 SMALLER = (1.0, 0.75, 0.5, 0.25)  # of its size, if it acted everywhere
 AS_A_LAW = Search(least_gain=LAW_GAIN, least_size=LEAST_SIZE, walk=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Demand:
+    """What a cause must be that gains little of the whole.
+
+    Attributes:
+        size: In spreads.
+        share: Of the score that it closes in the channels in which it acts.
+        held: The same in held-out runs, each stage fed what was measured.
+    """
+
+    size: float
+    share: float
+    held: float
+
+
+LARGE = Demand(SIZEABLE, REST_SHARE, HELD_OUT_MOST)
+AGAIN = Demand(SIZEABLE, REST_SHARE, REST_SHARE)  # of one that was dropped before
+MOST = Demand(LEAST_SIZE, HELD_OUT_MOST, HELD_OUT_MOST)
+BEYOND_BUILT = Demand(NOT_BUILT, NOT_BUILT_SHARE, NOT_BUILT_HELD)
 
 
 def second_look(
@@ -92,7 +117,7 @@ def second_look(
         if (
             law is not None
             and option.added.family in dropped
-            and not _large_part(comparison, option, standing, REST_SHARE)
+            and not _meets(comparison, option, standing, AGAIN)
         ):
             hidden.add(len(steps) - 1)
         if len(steps) - len(hidden) == len(first.steps) + MOST_MORE:
@@ -254,19 +279,19 @@ def _as_a_law(comparison: GapEvidence, selection: Selection, signatures: Signatu
 def _in_its_channels(
     comparison: GapEvidence, selection: Selection, ranked: Sequence[Gain]
 ) -> Step | None:
-    """Return a cause of the whole machine that gains little of the whole, and much of its channels."""
+    """Return a cause of the whole machine that gains little of the whole, and enough of its channels."""
 
     def asked(one: Candidate) -> bool:
         return len(one.joints) != 1 and not _located(one) and bool(one.effect.parameters)
 
     some = [one for one in ranked if asked(one.signature.candidate)]
-    return _by_share(comparison, selection, some, SIZEABLE, REST_SHARE)
+    return _by_share(comparison, selection, some, (LARGE, BEYOND_BUILT))
 
 
 def _most_of_a_joint(
     comparison: GapEvidence, selection: Selection, ranked: Sequence[Gain]
 ) -> Step | None:
-    """Return a cause at one joint that explains most of what its channels show.
+    """Return a cause at one joint that explains most of what its channels show, or is very large.
 
     What is not linear, and what all joints ask for a little of, is not found unlike others.
     """
@@ -275,7 +300,7 @@ def _most_of_a_joint(
         return len(one.joints) == 1 and not _located(one)
 
     some = [one for one in ranked if asked(one.signature.candidate)]
-    step = _by_share(comparison, selection, some[:WALKED], LEAST_SIZE, HELD_OUT_MOST)
+    step = _by_share(comparison, selection, some[:WALKED], (MOST, BEYOND_BUILT))
     return step and _at_all_joints(comparison, selection, ranked, step)
 
 
@@ -304,45 +329,42 @@ def _by_share(
     comparison: GapEvidence,
     selection: Selection,
     some: Sequence[Gain],
-    least_size: float,
-    least_share: float,
+    demands: Sequence[Demand],
 ) -> Step | None:
-    """Return the best that is so large and explains such a part of its channels, and most held out."""
+    """Return the best that meets one of the demands."""
     standing = selection.fitted
-    may = [
-        (one.share, candidate, one.gain.values)
-        for one in as_they_act(comparison.evidence, standing, some)
-        if one.share >= MAY_REACH * least_share
-        and size_of(
-            (candidate := one.gain.signature.candidate).cause(one.gain.values), candidate.effect
-        )
-        >= MAY_REACH * least_size
-    ]
-    may.sort(key=lambda one: (-one[0], one[1].key))
-    options = _fitted(comparison, selection, [one[1:] for one in may[:FITTED_BY_SHARE]])
+    walked = as_they_act(comparison.evidence, standing, some)
+    may: dict[object, tuple[Candidate, tuple[float, ...]]] = {}
+    for demand in demands:
+        near = [one for one in walked if _may_meet(one, demand)]
+        near.sort(key=lambda one: (-one.share, one.gain.signature.candidate.key))
+        for one in near[:FITTED_BY_SHARE]:
+            candidate = one.gain.signature.candidate
+            may.setdefault(candidate.key, (candidate, one.gain.values))
+    options = _fitted(comparison, selection, list(may.values()))
     options.sort(key=rank)
     return _first(
         comparison,
         options,
-        lambda one: _large_part(comparison, one, standing, HELD_OUT_MOST, least_size, least_share),
+        lambda one: any(_meets(comparison, one, standing, demand) for demand in demands),
     )
 
 
-def _large_part(
-    comparison: GapEvidence,
-    option: Option,
-    standing: Fitted,
-    of_held_out: float,
-    least_size: float = SIZEABLE,
-    least_share: float = REST_SHARE,
-) -> bool:
-    """Whether an option adds what is large, and explains its part of fitted and of held-out runs."""
-    if size_of(option.cause, option.added.effect) < least_size or ends_on_bound(option):
+def _may_meet(one: Walked, demand: Demand) -> bool:
+    """Whether a candidate may meet a demand when it is fitted."""
+    candidate = one.gain.signature.candidate
+    size = size_of(candidate.cause(one.gain.values), candidate.effect)
+    return one.share >= MAY_REACH * demand.share and size >= MAY_REACH * demand.size
+
+
+def _meets(comparison: GapEvidence, option: Option, standing: Fitted, demand: Demand) -> bool:
+    """Whether an option adds what is so large, and explains its part of fitted and of held-out runs."""
+    if size_of(option.cause, option.added.effect) < demand.size or ends_on_bound(option):
         return False
-    if share_of(comparison.evidence, option, standing, 0.0) < least_share:
+    if share_of(comparison.evidence, option, standing, 0.0) < demand.share:
         return False
     causes = option.fitted.causes
-    return share_of_stage(comparison, causes, len(causes) - 1) >= of_held_out
+    return share_of_stage(comparison, causes, len(causes) - 1) >= demand.held
 
 
 def _agrees(comparison: GapEvidence, option: Option) -> bool:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from gap.check.calibration import LeftOut
-from gap.check.realities import FIRST, LARGE_ENOUGH, RealityFigures
+from gap.check.realities import BOTH, BOTH_LARGE_ENOUGH, FIRST, LARGE_ENOUGH, RealityFigures
 from gap.check.score import Confusion, Figure
 from robot.campaign.score_text import figure_value, too_small_words
 from robot.console.table import Column, markdown_lines, table_lines
@@ -12,7 +12,7 @@ from robot.console.table import Column, markdown_lines, table_lines
 SHORT = {
     FIRST: "first", LARGE_ENOUGH: "large", "or in its declared group": "group",
     "stage right, of detected": "stage",
-    "healthy called no_gap": "healthy", "both causes of a pair": "pairs",
+    "healthy called no_gap": "healthy", BOTH: "pairs", BOTH_LARGE_ENOUGH: "large pairs",
     "outside: unexplained": "outside", "AUROC of none of these": "AUROC",
     "listed, called unexplained": "unexpl.", "calibration error": "calib.",
     "number within one of its +-": "1 +-", "number within two of its +-": "2 +-",

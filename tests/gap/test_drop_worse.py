@@ -190,8 +190,41 @@ def test_without_references_a_law_stays_if_it_clearly_helps_its_stage(
     monkeypatch.setattr(drop_module, "how_far", all_idle)
     monkeypatch.setattr(drop_module, "HELD_OUT_STAGE", 2.0)
     monkeypatch.setattr(drop_module, "HELD_OUT_SIZEABLE", 2.0)
+    monkeypatch.setattr(drop_module, "HELD_OUT_MOST", 2.0)
     left, _ = drop_worse(comparison, selected(comparison, [lag, law]), 0)
     assert [one.effect for one in left.fitted.causes] == ["square_law"]
+
+
+@pytest.mark.parametrize(("share", "stays"), [(0.6, True), (0.4, False)])
+def test_without_references_a_large_cause_stays_if_it_is_most_of_what_its_channels_show(
+    share: float, stays: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A patch of the ground acts on few feet at a time: it is little of its stage."""
+    lag, stiffness = Cause("lag", (), (0.05,)), Cause("stiffness", ("c",), (0.8,))
+    comparison = compare(make_study(toy_case([lag, stiffness], 3), Toy(), ()), lambda _: None)
+    monkeypatch.setattr(drop_module, "how_far", all_idle)
+    monkeypatch.setattr(drop_module, "HELD_OUT_STAGE", 2.0)
+    monkeypatch.setattr(drop_module, "HELD_OUT_SIZEABLE", 2.0)
+    monkeypatch.setattr(
+        drop_module,
+        "share_of_stage",
+        lambda _, causes, at: 1.0 if causes[at].effect == "lag" else share,
+    )
+    left, _ = drop_worse(comparison, selected(comparison, [lag, stiffness]), 0)
+    assert ("stiffness" in {one.effect for one in left.fitted.causes}) == stays
+
+
+def test_without_references_what_helped_beside_others_stays_when_these_are_dropped(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With fewer next to it, it may seem to help less."""
+    lag, stiffness = Cause("lag", (), (0.05,)), Cause("stiffness", ("c",), (0.8,))
+    tiny = Cause("bias", ("a",), (0.02,))
+    comparison = compare(make_study(toy_case([lag, stiffness, tiny], 3), Toy(), ()), lambda _: None)
+    monkeypatch.setattr(drop_module, "how_far", all_idle)
+    monkeypatch.setattr(drop_module, "agrees", lambda _, causes, *__: len(causes) == 3)
+    left, _ = drop_worse(comparison, selected(comparison, [lag, stiffness, tiny]), 0)
+    assert {one.effect for one in left.fitted.causes} == {"lag", "stiffness"}
 
 
 def test_without_references_a_large_cause_needs_a_smaller_part_of_its_stage(

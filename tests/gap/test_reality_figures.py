@@ -75,6 +75,22 @@ def test_a_pair_is_right_when_both_are_named() -> None:
     assert value("both causes of a pair", answered(BOTH, NAMED))[0] == 0.0
     assert value("both causes of a pair", answered(BOTH, lag, NAMED))[0] == 1.0
     assert value("both causes of a pair", answered(BOTH, NAMED, NAMED))[0] == 0.0
+    elsewhere = replace(NAMED, joints=("FR",))
+    assert value("both causes of a pair", answered(BOTH, lag, elsewhere))[0] == 0.0
+
+
+def test_a_pair_counts_once_more_if_both_are_as_large_as_the_answer_lists() -> None:
+    name = "of pairs that are both large enough to be seen"
+    sizes = tuple(
+        Detectable(effect, parameter, size, "", neutral, 0.0, 2.0, "")
+        for effect, parameter, size, neutral in (
+            ("foot_friction", "ratio", 0.3, 1.0), ("servo_lag", "time_constant_s", 0.2, 0.0)
+        )
+    )  # fmt: skip
+    assert value(name, answered(BOTH, NAMED))[:2] == (0.0, 1), "no size is listed"
+    lag_too_small = answered(BOTH, NAMED, detectable=sizes)
+    assert value(name, lag_too_small)[1] == 0
+    assert value("both causes of a pair", lag_too_small)[1] == 1
 
 
 def test_a_number_is_within_one_or_two_of_its_error() -> None:
