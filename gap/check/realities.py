@@ -95,8 +95,8 @@ def figures_of_reality(
         share("or in its declared group", (_in_group(c) for c in single), 0.95),
         share("stage right, of detected", (stage_right(c) for c in declared), 0.97),
         share("healthy called no_gap", (not gap_declared(c) for c in controls), 0.95),
-        share(BOTH, map(_both, pairs), 0.80),
-        share(BOTH_LARGE_ENOUGH, (_both(c) for c in pairs if not too_small(c)), 0.80),
+        share(BOTH, map(_all_named, pairs), 0.80),
+        share(BOTH_LARGE_ENOUGH, (_all_named(c) for c in pairs if not too_small(c)), 0.80),
         share("outside: unexplained", map(recognised_unlike, odd), 0.75),
         number("AUROC of none of these", auroc, len(odd), ">= 0.93", lambda v: v >= 0.93),
         share(
@@ -141,8 +141,7 @@ def _crashed(cases: Sequence[CheckedCase], crashed: Sequence[str]) -> Figure:
 
 def _is_among(case: CheckedCase) -> bool:
     """Whether the true cause is one of those named, at its joint."""
-    (truth,) = case.truths
-    return gap_declared(case) and any(is_true(one, truth) for one in case.answer.named)
+    return gap_declared(case) and _all_named(case)
 
 
 def worst_reality(rows: Sequence[RealityFigures]) -> RealityFigures:
@@ -166,7 +165,7 @@ def _in_group(case: CheckedCase) -> bool:
     return case.truths[0].effect in group_of(case)
 
 
-def _both(case: CheckedCase) -> bool:
+def _all_named(case: CheckedCase) -> bool:
     """Whether each true cause is named, at its joint."""
     return all(any(is_true(one, truth) for one in case.answer.named) for truth in case.truths)
 

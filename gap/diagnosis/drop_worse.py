@@ -156,14 +156,15 @@ def _idle(
     """
 
     def stays(at: int) -> bool:
-        judged_by_the_whole = selection.steps[at].chosen.added.effect.each or sizes[at] < LEAST_SIZE
+        if selection.steps[at].chosen.added.effect.each or sizes[at] < LEAST_SIZE:
+            return False  # judged by the whole
         causes = selection.fitted.causes
         least: float = HELD_OUT_SIZEABLE if sizes[at] >= SIZEABLE else HELD_OUT_STAGE
         if not causes[at].values:
             least = 0.0  # a law is there or not: it has no size that a misfit could choose
         elif sizes[at] >= SIZEABLE and share_of_stage(comparison, causes, at) >= HELD_OUT_MOST:
             least = 0.0  # little of its stage shows it, and shows little else
-        return not judged_by_the_whole and agrees(comparison, causes, at, least)
+        return agrees(comparison, causes, at, least)
 
     sizes = _sizes(comparison, selection)
     families = [step.chosen.added.family for step in selection.steps]

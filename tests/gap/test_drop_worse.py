@@ -109,6 +109,18 @@ def all_idle(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
     return replace(far, worse=(False,) * len(causes), last=none, after=0.5 * far.before)
 
 
+def beside_a_lag(monkeypatch: pytest.MonkeyPatch) -> tuple[GapEvidence, Selection]:
+    """Without references, a stiffness and a tiny bias beside a lag; none adds anything to the others."""
+    causes = [
+        Cause("lag", (), (0.05,)),
+        Cause("stiffness", ("c",), (0.8,)),
+        Cause("bias", ("a",), (0.02,)),
+    ]
+    comparison = compare(make_study(toy_case(causes, 3), Toy(), ()), lambda _: None)
+    monkeypatch.setattr(drop_module, "how_far", all_idle)
+    return comparison, selected(comparison, causes)
+
+
 def test_with_references_what_adds_nothing_stays_only_if_it_clearly_helps_its_stage(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -160,11 +172,8 @@ def test_without_references_what_adds_nothing_to_the_whole_stays_if_it_clearly_h
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Beside a servo that lags, which is nearly all of a gap, a scale that is off by a fifth is nothing."""
-    lag, stiffness = Cause("lag", (), (0.05,)), Cause("stiffness", ("c",), (0.8,))
-    tiny = Cause("bias", ("a",), (0.02,))
-    comparison = compare(make_study(toy_case([lag, stiffness, tiny], 3), Toy(), ()), lambda _: None)
-    monkeypatch.setattr(drop_module, "how_far", all_idle)
-    left, _ = drop_worse(comparison, selected(comparison, [lag, stiffness, tiny]), 0)
+    comparison, all_three = beside_a_lag(monkeypatch)
+    left, _ = drop_worse(comparison, all_three, 0)
     assert {one.effect for one in left.fitted.causes} == {"lag", "stiffness"}
 
 
@@ -218,12 +227,9 @@ def test_without_references_what_helped_beside_others_stays_when_these_are_dropp
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """With fewer next to it, it may seem to help less."""
-    lag, stiffness = Cause("lag", (), (0.05,)), Cause("stiffness", ("c",), (0.8,))
-    tiny = Cause("bias", ("a",), (0.02,))
-    comparison = compare(make_study(toy_case([lag, stiffness, tiny], 3), Toy(), ()), lambda _: None)
-    monkeypatch.setattr(drop_module, "how_far", all_idle)
+    comparison, all_three = beside_a_lag(monkeypatch)
     monkeypatch.setattr(drop_module, "agrees", lambda _, causes, *__: len(causes) == 3)
-    left, _ = drop_worse(comparison, selected(comparison, [lag, stiffness, tiny]), 0)
+    left, _ = drop_worse(comparison, all_three, 0)
     assert {one.effect for one in left.fitted.causes} == {"lag", "stiffness"}
 
 
