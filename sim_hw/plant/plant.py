@@ -229,6 +229,8 @@ class Plant:
                 mujoco.mj_step(model, data)
             reaction = self._reaction
             force = force + (data.qfrc_constraint[self._foot_v] if reaction is None else reaction)
+            if self._clings:  # the ground pulls as well as it pushes
+                force += self._cling[:, None] * (self._normal @ self._torso_turn)
         self.foot_force_B = force / p.substeps
 
     @property

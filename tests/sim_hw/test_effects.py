@@ -376,9 +376,25 @@ def test_sliding_feet_brake_the_towed_mass_in_its_time_constant() -> None:
 
 
 def test_a_sticking_foot_is_held_down() -> None:
-    robot = plant("sticking_foot@ML:force_n=6")
+    robot, usual = plant("sticking_foot@ML:force_n=6"), plant()
     hold(robot, 0.5)
-    assert force_W(robot)[:, 2].sum() == pytest.approx(WEIGHT + 6, rel=3e-3)
+    hold(usual, 0.5)
+    assert force_W(robot)[:, 2].sum() == pytest.approx(WEIGHT, rel=3e-3), "it pulls, too"
+    pressed_n = robot.data.qfrc_constraint[robot._foot_v[ML]]
+    assert pressed_n[2] == pytest.approx(usual.foot_force_B[ML, 2] + 6, abs=0.5)
+
+
+def test_a_sticking_foot_pulls_at_its_sensor_until_it_comes_off() -> None:
+    """Turned by half a cycle the middle left foot lifts; before, its leg pulls at the ground."""
+    robot = plant("sticking_foot@ML:force_n=6")
+    lowest = 0.0
+    for angle in np.linspace(0.0, np.pi, 600):
+        goal = np.zeros(robot.parameters.legs)
+        goal[ML] = angle
+        hold(robot, 0.005, goal)
+        lowest = min(lowest, robot.foot_force_B[ML, 2])
+    assert -6.5 < lowest < -4.0
+    assert robot.foot_force_B[ML, 2] == 0.0, "it is off the ground"
 
 
 def test_a_leg_with_play_carries_less() -> None:
