@@ -26,6 +26,11 @@ SWITCH_S = Constant(
 )  # fmt: skip
 SWITCH_WEIGHT = Constant(0.25, "weight of a frame there", BY_HAND)
 CONTACT_N = Constant(1.0, "force [N] above which a foot is down", BY_HAND)
+PULL_WEIGHT = Constant(
+    0.1,
+    "weight of a frame in which a foot's force is compared below 0, where it is compared as a force, too",
+    BY_HAND_LATER,
+)
 MEAN_READINGS = Constant(
     1.0, "readings that the mean velocity of a window counts as",
     "with 24 it outvoted the frames, and causes that these show looked like days (p-values up to twenty "

@@ -51,6 +51,16 @@ HARMONICS = Constant(
 LOW_HARMONICS = Constant(
     6.0, "harmonics up to which coefficients of a channel share how well they repeat", BY_HAND_LATER
 )
+MOTION_HARMONICS = Constant(
+    100.0,
+    "the same of a motion that a run makes once, all references alike: the whole run is its cycle",
+    "with 36, a gear that rubs in a part of its turn was `no_gap` on a bench that others wrote",
+)
+MOTION_UNLIKE = Constant(
+    0.1,
+    "root mean square difference of two commands, over what they move, from which motions are unlike",
+    BY_HAND_LATER,
+)
 FRAMES_A_PERIOD = Constant(3.0, "frames a period of the highest harmonic", BY_HAND_LATER)
 SHORTEST_CYCLES = Constant(
     1.5, "cycles of a run from which its harmonics are measured", BY_HAND_LATER

@@ -31,6 +31,7 @@ from gap.residuals.floor import (
 from gap.residuals.healthy import Healthy, farthest, healthy_runs, nearest
 from gap.residuals.hold_out import HoldOut
 from gap.residuals.hunting import Hunting, hunting_of, without_hunting
+from gap.residuals.motions import in_motion, motions_of
 from gap.residuals.part_error import PartError, rms
 from gap.residuals.parts import TrialPart, split, whole_parts
 from gap.residuals.predictions import Predictor, PredictsElsewhere
@@ -260,6 +261,8 @@ def make_study(
         raise GapError("there is no trial to diagnose; give at least one")
     fitted, held = split(simulator, trials, hold_out)
     known = whole_parts(simulator, references, len(trials))
+    motions = motions_of(known, references, (*fitted, *held))
+    fitted, held, known = (in_motion(motions, parts) for parts in (fitted, held, known))
     predictor = Predictor(simulator, (*trials, *references), elsewhere)
     find = partial(_vibrations, simulator, (*fitted, *held), known)
     vibrating = meanwhile(find, predictor.at_once)

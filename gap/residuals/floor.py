@@ -111,7 +111,8 @@ def make_floor(
         PartError(one.part, without_drift(one.part, one.error)) for one in trials
     ]
     noise = np.median([one.noise for one in known], axis=0)
-    widths = [one.measurable for one in known]
+    # a run alone does not tell what of a motion it would repeat
+    widths = [one.measurable if references or not one.part.condition.once else 1 for one in known]
     if references:
         widths = [min(widths)] * len(known)
     fits = [one.repeating(width) for one, width in zip(known, widths, strict=True)]
@@ -229,7 +230,9 @@ def _correlation(
     out = np.empty((len(some), len(others)))
     for i, a in enumerate(some):
         for j, b in enumerate(others):
-            same = 1.0 if a.gait == b.gait else GAIT_CORRELATION
+            # what one motion shows at a moment says nothing of another motion
+            apart = 0.0 if a.once or b.once else GAIT_CORRELATION
+            same = 1.0 if a.gait == b.gait else apart
             away = 0.0 if lasting else a.log_ratio(b) / LOG_FREQUENCY
             out[i, j] = same * np.exp(-0.5 * away**2)
     return out

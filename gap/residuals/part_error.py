@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from gap.constants import ALL_ALIKE, FRAMES_A_PERIOD, HARMONICS, SHORTEST_CYCLES, UNCORRELATED
+from gap.constants import ALL_ALIKE, FRAMES_A_PERIOD, SHORTEST_CYCLES, UNCORRELATED
 from gap.residuals.parts import TrialPart
 from gap.residuals.starting import Starting, noise_of_frames
 from model.values.arrays import BoolArray, FloatArray
@@ -53,7 +53,7 @@ class PartError:
     def measurable(self) -> int:
         """How many of the columns of ``phase_basis`` the part is long enough to measure."""
         cycle = self.part.observation.cycle
-        turned = abs(cycle[-1] - cycle[0]) >= SHORTEST_CYCLES
+        turned = abs(cycle[-1] - cycle[0]) >= SHORTEST_CYCLES or self.part.condition.once
         return phase_basis(self.part).shape[1] if turned else 1
 
     def repeating(self, width: int) -> Repeating:
@@ -72,13 +72,13 @@ def phase_basis(part: TrialPart) -> FloatArray:
 
     They are 1, and cosine and sine of each harmonic in turn; as many as the frames can tell apart.
     """
-    cycle = part.observation.cycle
+    cycle = part.cycle
     one = np.ones((part.frames, 1))
     if not np.isfinite(cycle).all():
         return one
     turned = abs(cycle[-1] - cycle[0])
-    most = int(HARMONICS) if turned == 0.0 else int((part.frames - 1) / turned / FRAMES_A_PERIOD)
-    angle = 2 * np.pi * cycle[:, None] * np.arange(1, min(int(HARMONICS), most) + 1)
+    most = part.harmonics if turned == 0.0 else int((part.frames - 1) / turned / FRAMES_A_PERIOD)
+    angle = 2 * np.pi * cycle[:, None] * np.arange(1, min(part.harmonics, most) + 1)
     waves = np.stack([np.cos(angle), np.sin(angle)], axis=2).reshape(part.frames, -1)
     return np.hstack([one, np.sqrt(2) * waves])[:, : part.frames]
 

@@ -4,12 +4,13 @@ Trials are held out whole where a gait has two or more; where each trial is the 
 last third of each judges, behind a gap.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from gap.constants import HELD_OUT_SHARE, LAST_BLOCK, SHORTEST_BLOCK_S
+from gap.constants import HARMONICS, HELD_OUT_SHARE, LAST_BLOCK, SHORTEST_BLOCK_S
 from gap.interfaces import Observation, Simulator
 from gap.residuals.command_cycle import CommandCycle, command_cycle_of
 from gap.residuals.hold_out import HoldOut
@@ -23,10 +24,11 @@ FEWEST_FRAMES = 8
 
 @dataclass(frozen=True, slots=True)
 class RunCondition:
-    """A gait at a frequency."""
+    """A gait at a frequency, or a motion that a run makes once."""
 
     gait: str
     frequency_hz: float
+    once: bool = False
 
     def log_ratio(self, other: "RunCondition") -> float:
         """Natural logarithm of the ratio of the frequencies; 0 where one is not known."""
@@ -45,6 +47,8 @@ class TrialPart:
         frequency_hz: Its cycles a second; NaN if not known.
         observation: What was measured there.
         commands: How the whole trial was commanded; None without cycles.
+        motion_s: How long a motion takes that all references repeat and a run makes once; NaN for others.
+        harmonics: By which what repeats is described, at the most.
     """
 
     trial: int
@@ -54,6 +58,8 @@ class TrialPart:
     frequency_hz: float
     observation: Observation
     commands: CommandCycle | None = None
+    motion_s: float = math.nan
+    harmonics: int = int(HARMONICS)
 
     def cut(self, whole: FloatArray) -> FloatArray:
         """Return this part of something of the whole trial, (F, ...)."""
@@ -62,7 +68,13 @@ class TrialPart:
     @property
     def condition(self) -> RunCondition:
         """Its gait and frequency."""
-        return RunCondition(self.gait, self.frequency_hz)
+        return RunCondition(self.gait, self.frequency_hz, math.isfinite(self.motion_s))
+
+    @property
+    def cycle(self) -> FloatArray:
+        """Cycles of what repeats from run to run, (F,): of its gait, or of a motion that it makes once."""
+        once = math.isfinite(self.motion_s)
+        return self.observation.time_s / self.motion_s if once else self.observation.cycle
 
     @property
     def frames(self) -> int:

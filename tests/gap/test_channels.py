@@ -51,8 +51,10 @@ def test_every_channel_is_the_mean_of_its_signal(frames: int) -> None:
 
     even = averaged(wide)
     velocities = even[:, JOINTS + 6 * LEGS + 3 :][:, :3]
+    up = even[:, JOINTS + 3 * LEGS :][:, :LEGS]
+    pull = np.where(up >= 0.0, 0.0, up)
     means = [np.broadcast_to(one.mean(axis=0), one.shape) for one in np.split(velocities, [11])]
-    expected = np.column_stack([even, np.concatenate(means), grip])
+    expected = np.column_stack([even, pull, np.concatenate(means), grip])
     np.testing.assert_allclose(channels, expected, rtol=1e-12, atol=1e-12)
     assert np.isnan(channels[:, JOINTS + 3 * LEGS + 1]).sum() == 2, "frame 7 counts in two of them"
 

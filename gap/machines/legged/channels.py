@@ -8,6 +8,7 @@ from gap.constants import (
     GRIP_NOISE,
     GRIP_READINGS,
     MEAN_READINGS,
+    PULL_WEIGHT,
     SWITCH_S,
     SWITCH_WEIGHT,
 )
@@ -31,11 +32,12 @@ SIDE, MIDDLE = float(DOWN[0]), float(DOWN[1])
 
 
 def channels(names: MachineNames) -> tuple[Channel, ...]:
-    """Return the channels of J joints and N legs, J + 7 N + 15, in the order of ``to_channels``.
+    """Return the channels of J joints and N legs, J + 8 N + 15, in the order of ``to_channels``.
 
     The total force on all feet is known better than that on each: feet that stick push against each other,
     otherwise on each day. It is the weight and what pulls at the robot, and its moment about the body's
-    origin says where the weight is.
+    origin says where the weight is. A foot that pulls at the ground does so for a moment, as it comes off:
+    what is below 0 of its force is compared by itself, because how much it carries differs by more.
     """
     legs = names.legs
     return (
@@ -57,6 +59,7 @@ def channels(names: MachineNames) -> tuple[Channel, ...]:
         Channel("total_force_z", "", "support", "N"),
         *(Channel(f"total_moment_{a}", "", "support", "N m") for a in AXES[:2]),
         Channel("total_moment_z", "", "friction", "N m"),
+        *(Channel("pull_z", leg, "support", "N") for leg in legs),
         *(Channel(f"mean_{a}", "", "dynamics", unit, lasting=True) for a, unit in MEANS),
         *(Channel("grip", leg, "friction", "log", lasting=True) for leg in legs),
     )
@@ -80,7 +83,7 @@ def to_channels(
     """
     pose = np.column_stack([signals.body_m[:, :2], signals.body_rad[:, 2]])
     joints, legs = command_rad.shape[1], signals.force_n.shape[1]
-    out = np.empty(((grid.frames + 1) // 2, joints + 7 * legs + CHANNELS_OF_BODY))
+    out = np.empty(((grid.frames + 1) // 2, joints + 8 * legs + CHANNELS_OF_BODY))
     shaft, command, foot, force, body, angle, velocity = map(given_rows, (
         signals.shaft_rad, command_rad, signals.foot_m, signals.force_n, signals.body_m,
         signals.body_rad, body_velocity(grid, pose),
@@ -90,6 +93,11 @@ def to_channels(
     out[:, _mean_columns(legs)] = means_of(windows, given_rows(out[:, dynamics : dynamics + 3]))
     out[:, -legs:] = grip_of(windows, _forces(out, joints, legs)) if grip is None else grip
     return out
+
+
+def _pull_columns(legs: int) -> slice:
+    """Columns of what is below 0 of the forces on feet."""
+    return slice(-2 * legs - len(MEANS), -legs - len(MEANS))
 
 
 def _mean_columns(legs: int) -> slice:
@@ -147,6 +155,10 @@ def _lay(
                 _moment(foot[f], force[f], i),
                 _moment(foot[b], force[b], i),
             )
+        for k in range(legs):
+            out[row, dynamics + 9 + k] = out[row, support + k]
+            if out[row, support + k] >= 0.0:  # and NaN stays
+                out[row, dynamics + 9 + k] = 0.0
 
 
 @compiled
@@ -197,6 +209,7 @@ def make_observation(
     noise = np.broadcast_to(_noise(grid, given, joints, legs, length_m, windows), values.shape)
     time_s = grid.time_s[::2]
     weight = _weight(grid, inputs.force_n[..., 2], load_n, values.shape)
+    weight[:, _pull_columns(legs)] = (weight[:, :1] > 0.0) * PULL_WEIGHT
     weight[:, _mean_columns(legs)] *= weight_of_frames(windows, MEAN_READINGS)
     weight[:, -legs:] *= weight_of_frames(windows, GRIP_READINGS)
     return Observation(
@@ -239,6 +252,7 @@ def _noise(
         [slope / fine * sigma("body_angle_rad")],
         np.full(3, np.sqrt(legs) * mean * sigma("force_n")),
         np.full(3, np.sqrt(legs) * mean * sigma("force_n") * 0.5 * length_m),
+        np.full(legs, mean * sigma("force_n")),
         mean_noise(sigma("body_position_m"), sigma("body_angle_rad"), window_s),
         np.full(legs, GRIP_NOISE),
     ])  # fmt: skip
@@ -250,7 +264,7 @@ def _weight(
     """Less where a foot touches down or lifts off, nothing at the ends, (F, C)."""
     frames = grid.frames
     legs = load_n.shape[1]
-    before_loads = shape[1] - 4 * legs - CHANNELS_OF_BODY  # shafts and free feet
+    before_loads = shape[1] - 5 * legs - CHANNELS_OF_BODY  # shafts and free feet
     near = np.zeros(frames, dtype=bool)
     reach = max(1, round(SWITCH_S / grid.period_s))
     for loads in (force_z, load_n):

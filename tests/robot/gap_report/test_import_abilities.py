@@ -210,7 +210,7 @@ def test_without_a_sensor_its_own_effects_hide_and_the_sensor_is_named(whole: Tr
     simulator = run_simulator(whole)
     spots = blind_spots(simulator, [without(whole, "force_n")])
     totals = tuple(f"total_{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
-    assert spots.missing == ("force_z", "force_x", "force_y", *totals, "grip")
+    assert spots.missing == ("force_z", "force_x", "force_y", *totals, "pull_z", "grip")
     hidden = {one.effect for one in spots.effects}
     own = {e.name for e in simulator.effects if e.name.startswith("force_")}
     # the common scale of friction is invisible without newtons (gap-contract, 4)
