@@ -19,6 +19,7 @@ from gap.residuals.chances import promised
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, whitened_runs
+from gap.residuals.same_day import days_of
 from gap.rounding import percent_words
 from gap.search.fit import Fitted
 from gap.search.options import CAUSE_LEVEL, worth_size
@@ -45,6 +46,7 @@ class Detection:
         references: How many there are.
         energy_in: The channel, with its joint, that is farthest ahead of references in energy.
         in_cycles: Whether it is so in what is another in each cycle.
+        days: On how many days references were recorded; 0 where files do not say.
     """
 
     below: bool
@@ -56,6 +58,7 @@ class Detection:
     references: int
     energy_in: str = ""
     in_cycles: bool = False
+    days: int = 0
 
     @property
     def by_energy(self) -> bool:
@@ -91,13 +94,21 @@ class Detection:
         percent = f"{100.0 * chance:.2g}" if chance > LEAST_FIGURE else "less than 0.001"
         return (
             f"why a gap: {percent} % of healthy sets of trials {what}, if they scatter as estimated from "
-            f"{self.references} references ({percent_words(self.by_count)} by counting these alone)"
+            f"{self.references_words} ({percent_words(self.by_count)} by counting these alone)"
         )
 
     @property
+    def references_words(self) -> str:
+        """How many references there are, and of how many days, in words."""
+        words = f"{self.references} references"
+        if not self.days:
+            return words
+        return f"{words} of {self.days} day{'s' if self.days > 1 else ''}"
+
+    @property
     def by_count(self) -> float:
-        """Chance that one more healthy run is the most unusual of all: no count of them promises less."""
-        return 1.0 / (self.references + 1)
+        """Chance that one more healthy day is the most unusual of all: no count of them promises less."""
+        return 1.0 / ((self.days or self.references) + 1)
 
 
 def _in_levels(p_cause: float, p_change: float, p_energy: float) -> dict[str, float]:
@@ -120,16 +131,18 @@ def detect(
     energy = chance_of_energies(evidence, evidence.base, healthy)
     p = min(1.0, FALSE_ALARMS * min(_in_levels(p_cause, p_change, energy.p).values()))
     at = evidence.simulator.channels[energy.channel] if energy.channel >= 0 else None
+    days = len(set(days_of([one.part for one in healthy])))
     return Detection(
         below=p < FALSE_ALARMS,
         p=p,
         p_cause=p_cause,
         p_energy=energy.p,
         p_change=p_change,
-        promised=promised(FALSE_ALARMS, len(healthy)),
+        promised=promised(FALSE_ALARMS, days or len(healthy)),
         references=len(healthy),
         energy_in=f"{at.name} {at.joint}".strip() if at else "",
         in_cycles=energy.another,
+        days=days,
     )
 
 

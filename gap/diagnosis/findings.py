@@ -391,7 +391,7 @@ class Diagnosis:
             return f"false-alarm rate: not known, because {self.new_commands.words}"
         return (
             f"false-alarm rate: aimed at {percent_words(float(FALSE_ALARMS))}; "
-            f"{self.detection.references} references alone can guarantee no less than "
+            f"{self.detection.references_words} alone can guarantee no less than "
             f"{percent_words(self.detection.by_count)}"
         )
 

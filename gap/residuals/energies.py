@@ -23,6 +23,7 @@ from gap.residuals.energy_tests import (
 from gap.residuals.evidence import Evidence, mean_energy
 from gap.residuals.floor import ENOUGH_REFERENCES
 from gap.residuals.healthy import Healthy, whitened_runs
+from gap.residuals.same_day import days_of
 from gap.residuals.unrepeated import unrepeated
 from model.values.arrays import FloatArray
 
@@ -48,6 +49,7 @@ def chance_of_energies(
     kinds = [channel.name for channel in evidence.simulator.channels]
     gaits = tuple(part.gait for part in evidence.parts)
     known = tuple(one.part.gait for one in healthy)
+    days, known_days = days_of(evidence.parts), days_of([one.part for one in healthy])
     left = whitened_runs(evidence, residual)
     # a window reads what lasts once: of its energy little is known that its size does not say
     lasting = np.array([channel.lasting for channel in evidence.simulator.channels])
@@ -63,8 +65,8 @@ def chance_of_energies(
     ]
     chances: list[EnergyChance] = []
     for number, (own, others, least) in enumerate(views):
-        trials = RunEnergies(gaits, np.log(np.where(lasting, np.nan, own) + least))
-        runs = RunEnergies(known, np.log(np.array(others) + least))
+        trials = RunEnergies(gaits, np.log(np.where(lasting, np.nan, own) + least)).by_day(days)
+        runs = RunEnergies(known, np.log(np.array(others) + least)).by_day(known_days)
         if (one := _chance_of(kinds, trials, runs, joints_alike)) is not None:
             chances.append(replace(one, another=number == 1))
     surest = min(chances, key=lambda one: one.p, default=EnergyChance(1.0))

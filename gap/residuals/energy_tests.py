@@ -8,6 +8,7 @@ from scipy import special
 
 from gap.constants import CHANNEL_SCATTER, CHANNELS_APART, ENERGY_LEVEL, LEAST_SCATTER
 from gap.residuals.moderated import Scatter, scatter_of_all, steadied
+from gap.residuals.same_day import several, together_on_days
 from model.values.arrays import BoolArray, FloatArray
 
 FEWEST_JOINTS = 3  # of which the median is not that of one that is wrong
@@ -49,6 +50,14 @@ class RunEnergies:
     def some(self, runs: Sequence[int]) -> "RunEnergies":
         """Return those of some runs."""
         return RunEnergies(tuple(self.gaits[i] for i in runs), self.logs[list(runs)])
+
+    def by_day(self, days: tuple[str, ...]) -> "RunEnergies":
+        """Return the mean of each day's runs, as one run; as they are without days."""
+        if not days:
+            return self
+        groups = together_on_days(days, tuple(range(len(self.gaits))))
+        logs = np.array([mean_known(self.logs[list(own)]) for own in groups])
+        return RunEnergies(tuple(several(self.gaits[i] for i in own) for own in groups), logs)
 
     def of(self, channels: BoolArray) -> "RunEnergies":
         """Return those of some channels, a mask, (C,)."""
@@ -155,6 +164,14 @@ def _worst(
     each = special.stdtr(np.array([one.free for one in scatters]), -ahead / width)
     worst = int(np.argmin(each))
     return float(each[worst]) * len(each), worst
+
+
+def mean_known(logs: FloatArray) -> FloatArray:
+    """Return the mean of R rows, (R, C), of those that are known, (C,); NaN where none is."""
+    known = np.isfinite(logs)
+    count = known.sum(axis=0)
+    total = np.where(known, logs, 0.0).sum(axis=0)
+    return np.asarray(np.where(count > 0, total / np.fmax(count, 1), np.nan))
 
 
 def _means(logs: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ from gap.residuals.evidence import Evidence, mean_energy
 from gap.residuals.floor import make_floor
 from gap.residuals.part_error import PartError
 from gap.residuals.parts import RunCondition, TrialPart, block_starts
+from gap.residuals.same_day import same_day
 from gap.residuals.unrepeated import unrepeated
 from gap.residuals.whitening import Whitener, make_whitener
 from model.values.arrays import FloatArray, IntArray
@@ -85,11 +86,12 @@ def healthy_runs(
     each = []
     for i, one in enumerate(references):
         part, error = one.part, one.error
-        others = [
-            r for k, r in enumerate(references) if k != i and apart(own[i], own[k]) >= distance
-        ]
+        # runs of its own day differ from a trial's as it does itself
+        rest = [k for k, r in enumerate(references) if k != i and not same_day(part, r.part)]
+        rest = rest or [k for k in range(len(references)) if k != i]
+        others = [references[k] for k in rest if apart(own[i], own[k]) >= distance]
         if len(others) < FEWEST_OTHERS:
-            others = [*references[:i], *references[i + 1 :]]
+            others = [references[k] for k in rest]
         floor = make_floor(channels, others, ())
         base = np.where(np.isfinite(error), 0.0, np.nan)
         whitener = make_whitener(part, floor, base)

@@ -32,13 +32,13 @@ def motions_of(
     named: dict[str, list[int]] = {}
     for number, part in enumerate(references):
         named.setdefault(part.gait, []).append(number)
-    found = {}
+    seconds: dict[str, float] = {}
     for gait, own in named.items():
         once = not any(np.isfinite(references[i].observation.cycle).any() for i in own)
         if once and len(own) >= FEWEST and _alike([trials[i] for i in own]):
             every = (part for part in (*references, *others) if part.gait == gait)
-            found[gait] = max(float(part.observation.time_s[-1]) for part in every)
-    return found
+            seconds[gait] = max(float(part.observation.time_s[-1]) for part in every)
+    return seconds
 
 
 def in_motion(motions: Motions, parts: Sequence[TrialPart]) -> tuple[TrialPart, ...]:

@@ -20,6 +20,7 @@ from record.trial.trial import Trial
 
 MOST_FOLDS = 6
 FEWEST_FRAMES = 8
+DAY = "day"  # the condition of a run that says which others were recorded with it
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +48,7 @@ class TrialPart:
         frequency_hz: Its cycles a second; NaN if not known.
         observation: What was measured there.
         commands: How the whole trial was commanded; None without cycles.
+        day: On which it was recorded; empty for a day of its own.
         motion_s: How long a motion takes that all references repeat and a run makes once; NaN for others.
         harmonics: By which what repeats is described, at the most.
     """
@@ -58,6 +60,7 @@ class TrialPart:
     frequency_hz: float
     observation: Observation
     commands: CommandCycle | None = None
+    day: str = ""
     motion_s: float = math.nan
     harmonics: int = int(HARMONICS)
 
@@ -100,7 +103,17 @@ def part_of(index: int, trial: Trial, observation: Observation, first: int, last
     if not np.isfinite(frequency) and np.isfinite(o.cycle).all() and len(o.time_s) > 1:
         frequency = float(abs(o.cycle[-1] - o.cycle[0]) / (o.time_s[-1] - o.time_s[0]))
     commands = command_cycle_of(trial, observation)
-    return TrialPart(index, first, last, trial.header.gait, frequency, cut, commands)
+    day = trial.header.condition(DAY)
+    return TrialPart(
+        index,
+        first,
+        last,
+        trial.header.gait,
+        frequency,
+        cut,
+        commands,
+        "" if day is None else str(day),
+    )
 
 
 def split(

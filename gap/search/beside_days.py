@@ -37,7 +37,7 @@ def chance_beside_days(
         change: What it changes of what is left of the trials, whitened, (F, C).
     """
     pull, energy = _pulls(evidence, search, candidate, change)
-    sizes = sizes_of(pull, energy, search.with_trials.gaits)
+    sizes = sizes_of(pull, energy, search.with_trials.gaits, search.with_trials.days)
     seen, known = sizes.taken(search.trials), sizes.taken(search.references)
     if not len(seen):
         return 1.0

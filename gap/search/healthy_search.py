@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.constants import OPEN_LEVEL, SHOWN
-from gap.residuals.chances import HeldOutChances, clearer, leave_each_out
+from gap.residuals.chances import HeldOutChances, clearer
 from gap.residuals.evidence import Evidence
 from gap.residuals.floor import ENOUGH_REFERENCES
 from gap.residuals.healthy import Healthy, WhitenedRun, farthest, nearest
+from gap.residuals.same_day import days_of, leave_each_day_out
 from gap.search.candidates import Family, shares_of
 from gap.search.clear_size import clear_size
 from gap.search.days import day_variances, likeliest_day_share
@@ -147,23 +148,25 @@ def search_healthy(
     with_trials = laid.with_trials(evidence, signatures, evidence.base)
     every = range(len(references))
     trials = range(len(references), len(with_trials.gaits))
+    recorded = days_of([one.part for one in references])
     # two runs hardly tell how much causes scatter and not at all how much gaits differ; trials scatter, too
-    also = (trials,) if len(references) < ENOUGH_REFERENCES else ()
+    apart = len(leave_each_day_out(recorded, len(references)))
+    also = (trials,) if apart < ENOUGH_REFERENCES else ()
     alone, share = fits_of(with_trials, signatures), likeliest_day_share(laid.changes(every))
     changes = _sizes_of(alone)
     chances = []
     matched = _matched(evidence, references)
     shares = shares_of([own.signature.candidate.family for own, _ in alone])
-    for one, others in leave_each_out(len(references)):
-        if one not in matched:
+    for own_day, others in leave_each_day_out(recorded, len(references)):
+        if not matched.issuperset(own_day):
             continue
         usual = _usual(changes, (others, *also))
         beside, _ = _beside(with_trials if also else laid, signatures, others, share, also)
         both = zip(alone, beside.fits, strict=True)
         each = [
             clearer(
-                chance_of_fits(fits, [one], others, usual),
-                chance_of_fits(fits_beside, [one], others, beside.usual),
+                chance_of_fits(fits, own_day, others, usual),
+                chance_of_fits(fits_beside, own_day, others, beside.usual),
             )
             for fits, fits_beside in both
         ]
@@ -185,18 +188,20 @@ def search_healthy(
     )
 
 
-def _matched(evidence: Evidence, references: Sequence[Healthy]) -> list[int]:
+def _matched(evidence: Evidence, references: Sequence[Healthy]) -> set[int]:
     """References that are as near to the others, in gait and frequency, as trials are to references.
 
     One that is farther shows what a condition that is new looks like, and not what a chance is worth.
     """
     known = [run.part.condition for run in references]
     most = farthest([part.condition for part in evidence.parts], known)
-    return [
+    recorded = days_of([run.part for run in references])
+    return {
         held
-        for held, others in leave_each_out(len(known))
-        if nearest(known[held], [known[i] for i in others]) <= most
-    ]
+        for own_day, others in leave_each_day_out(recorded, len(known))
+        for held in own_day
+        if others and nearest(known[held], [known[i] for i in others]) <= most
+    }
 
 
 def _beside(

@@ -18,6 +18,7 @@ from gap.constants import JOINT_SHOWS
 from gap.interfaces import Cause, Effect, Parameter, places_for
 from gap.residuals.chances import harmonic_mean
 from gap.residuals.evidence import Evidence
+from gap.residuals.same_day import days_of
 from gap.search.candidates import step_of
 from gap.search.fit import Fitted
 from gap.search.gait_by_gait import gait_by_gait
@@ -119,8 +120,9 @@ def sizes_in_trials(trials: Trials, fitted: Fitted, added: Cause) -> Sizes:
         pull, energy = _pulls(evidence, without, without - left, evidence.weights(left))
         pulls.append(pull)
         energies.append(energy)
-    gaits = tuple(part.gait for evidence, _ in compared for part in evidence.parts)
-    sizes = sizes_of(np.concatenate(pulls), np.concatenate(energies), gaits)
+    parts = [part for evidence, _ in compared for part in evidence.parts]
+    gaits = tuple(part.gait for part in parts)
+    sizes = sizes_of(np.concatenate(pulls), np.concatenate(energies), gaits, days_of(parts))
     return sizes.taken(range(len(gaits)))
 
 
@@ -202,9 +204,10 @@ def amplitudes(
     Runs in which the change cannot be seen are left out.
     """
     pull, energy = _pulls(evidence, residual, change, weights)
-    sizes = sizes_of(pull, energy, tuple(part.gait for part in evidence.parts))
+    gaits = tuple(part.gait for part in evidence.parts)
+    sizes = sizes_of(pull, energy, gaits, days_of(evidence.parts))
     seen = np.isfinite(sizes.values)
-    return sizes.taken(range(len(sizes))), 1.0 / energy[seen]
+    return sizes.taken(range(len(gaits))), 1.0 / energy[seen]
 
 
 def _pulls(

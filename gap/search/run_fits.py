@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import WhitenedRun, laid_over
+from gap.residuals.parts import TrialPart
+from gap.residuals.same_day import days_of
 from gap.search.days import PulledRuns
 from gap.search.novelty import across_of
 from gap.search.screen import Signature, Signatures
@@ -25,6 +27,7 @@ class RunFits:
 
     signature: Signature
     gaits: tuple[str, ...]
+    days: tuple[str, ...]
     pull: FloatArray
     gram: FloatArray
 
@@ -36,7 +39,7 @@ class RunFits:
 
     def along(self, direction: FloatArray) -> Sizes:
         """Return the size of a change in each run that shows it; NaN in others."""
-        return sizes_of(self.pull @ direction, self.energy(direction), self.gaits)
+        return sizes_of(self.pull @ direction, self.energy(direction), self.gaits, self.days)
 
 
 # Of a candidate, and of the same change at other joints.
@@ -67,12 +70,14 @@ class LaidRuns:
         linear: Rows of changes about the unchanged simulator, (K,).
         gaits: Of each run.
         residuals: Of the unchanged simulator, whitened, laid over its part, flat.
+        days: Of each run; none where each has one of its own.
     """
 
     runs: PulledRuns
     linear: IntArray
     gaits: tuple[str, ...]
     residuals: tuple[NDArray[np.float32], ...]
+    days: tuple[str, ...] = ()
 
     def changes(self, taken: Sequence[int]) -> PulledRuns:
         """Return some of the runs with the linear changes alone."""
@@ -83,7 +88,9 @@ class LaidRuns:
     def first(self, count: int) -> "LaidRuns":
         """Return the first of the runs."""
         runs = self.runs.taken(range(count))
-        return LaidRuns(runs, self.linear, self.gaits[:count], self.residuals[:count])
+        return LaidRuns(
+            runs, self.linear, self.gaits[:count], self.residuals[:count], self.days[:count]
+        )
 
     def with_trials(
         self, evidence: Evidence, signatures: Signatures, residual: FloatArray
@@ -91,8 +98,7 @@ class LaidRuns:
         """Return them with the trials that are fitted to after them, of which something is left, (F, C)."""
         flat = residual.ravel().astype(np.float32)
         own = tuple(flat[cut] for cut in slices_of(evidence))
-        gaits = tuple(part.gait for part in evidence.parts)
-        return self._with(evidence, signatures, tuple(range(len(own))), own, gaits)
+        return self._with(evidence, signatures, tuple(range(len(own))), own, evidence.parts)
 
     def with_others(
         self, evidence: Evidence, signatures: Signatures, others: Sequence[WhitenedRun]
@@ -105,12 +111,11 @@ class LaidRuns:
             .astype(np.float32)
             for part, run in zip(parts, others, strict=True)
         )
-        gaits = tuple(run.part.gait for run in others)
-        return self._with(evidence, signatures, parts, laid, gaits)
+        return self._with(evidence, signatures, parts, laid, [run.part for run in others])
 
     def _with(
         self, evidence: Evidence, signatures: Signatures, parts: tuple[int, ...],
-        residuals: tuple[NDArray[np.float32], ...], gaits: tuple[str, ...],
+        residuals: tuple[NDArray[np.float32], ...], of: Sequence[TrialPart],
     ) -> "LaidRuns":  # fmt: skip
         """Return them with runs after them, each of which lies over a part."""
         cuts = slices_of(evidence)
@@ -124,7 +129,8 @@ class LaidRuns:
             parts=(*self.runs.parts, *parts),
         )
         residuals = (*self.residuals, *residuals)
-        return LaidRuns(runs, self.linear, (*self.gaits, *gaits), residuals)
+        gaits = (*self.gaits, *(part.gait for part in of))
+        return LaidRuns(runs, self.linear, gaits, residuals, (*self.days, *days_of(of)))
 
 
 def lay(evidence: Evidence, signatures: Signatures, others: Sequence[WhitenedRun]) -> LaidRuns:
@@ -178,7 +184,7 @@ def fits_of(
             gram = np.linalg.solve(back, gram)
             gram = np.asarray(0.5 * (gram + np.swapaxes(gram, 1, 2)))
             pull = np.asarray(np.linalg.solve(back, pull[:, :, None])[:, :, 0])
-        fit = RunFits(one, laid.gaits, pull, gram)
+        fit = RunFits(one, laid.gaits, laid.days, pull, gram)
         made.setdefault(one.candidate.effect.name, []).append(fit)
     return tuple(
         (one, tuple(other for other in group if _same_elsewhere(one, other)))

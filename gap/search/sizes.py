@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from gap.residuals.same_day import several, together_on_days
 from model.values.arrays import FloatArray
 
 # Variance between gaits over that between runs of one gait: which of these is likeliest is precise enough.
@@ -27,10 +28,14 @@ class Sizes:
     Attributes:
         values: (N,).
         gaits: Of each run.
+        days: On which each was recorded; none where each has a day of its own.
+        energy: One over the variance by noise, (N,); None where it is not known.
     """
 
     values: FloatArray
     gaits: tuple[str, ...]
+    days: tuple[str, ...] = ()
+    energy: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.gaits)
@@ -44,7 +49,12 @@ class Sizes:
         }
 
     def taken(self, runs: Sequence[int]) -> "Sizes":
-        """Return those of some runs, without those that do not show it (NaN)."""
+        """Return those of some runs, without those that do not show it (NaN), a day as one run.
+
+        What differs from day to day is alike in all runs of a day, so these say it once.
+        """
+        if self.days and self.energy is not None:
+            return self._by_day(together_on_days(self.days, tuple(runs)))
         values = self.values[list(runs)]
         seen = np.isfinite(values)
         if seen.all():
@@ -52,11 +62,24 @@ class Sizes:
         kept = tuple(run for run, shown in zip(runs, seen, strict=True) if shown)
         return Sizes(values[seen], _gaits_of(self.gaits, kept))
 
+    def _by_day(self, days: Sequence[Sequence[int]]) -> "Sizes":
+        assert self.energy is not None
+        weights = np.where(np.isfinite(self.values), self.energy, 0.0)
+        pulls = weights * np.nan_to_num(self.values)
+        values, gaits = [], []
+        for own in (list(day) for day in days):
+            if (known := float(weights[own].sum())) > 0.0:
+                values.append(float(pulls[own].sum()) / known)
+                gaits.append(several(self.gaits[i] for i in own if weights[i] > 0.0))
+        return Sizes(np.array(values), tuple(gaits))
 
-def sizes_of(pull: FloatArray, energy: FloatArray, gaits: tuple[str, ...]) -> Sizes:
+
+def sizes_of(
+    pull: FloatArray, energy: FloatArray, gaits: tuple[str, ...], days: tuple[str, ...] = ()
+) -> Sizes:
     """Return the size of a change in each run that shows it, by pull and energy, (R,); NaN in others."""
     seen = energy > SEEN * max(float(energy.max()), 1e-30)
-    return Sizes(np.where(seen, pull / np.where(seen, energy, 1.0), np.nan), gaits)
+    return Sizes(np.where(seen, pull / np.where(seen, energy, 1.0), np.nan), gaits, days, energy)
 
 
 @lru_cache(maxsize=1024)

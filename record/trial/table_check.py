@@ -17,6 +17,7 @@ from record.trial.trial import Trial, trial_places
 
 STUCK_S, STUCK_SAMPLES = 1.0, 20
 STUCK_SHAFT_S, MOVED_RAD = 0.5, 0.2
+ANSWERS_S = 0.3  # in which a shaft begins to follow a command that has moved
 GAP_PERIODS = 2.5
 RATE_TOLERANCE = 0.05
 MANY = 0.1  # share of steps from which on it is no lone jump
@@ -157,11 +158,13 @@ def _jumps(
         return
     steps = np.diff(column.values[known])
     fast = np.abs(steps) > limits.rate * np.diff(time_s[known])
-    if fast.any():
+    worst = float(steps[fast][np.argmax(np.abs(steps[fast]))]) if fast.any() else 0.0
+    wrapped = column.name.endswith("_rad") and abs(abs(worst) - 2 * np.pi) < 0.5
+    # a command may step; many steps are another unit, and a turn is no step
+    steps_on_purpose = column.name.startswith("command_") and fast.mean() <= MANY and not wrapped
+    if fast.any() and not steps_on_purpose:
         odd = np.zeros(len(time_s), dtype=bool)
         odd[known[1:][fast]] = True
-        worst = float(steps[fast][np.argmax(np.abs(steps[fast]))])
-        wrapped = column.name.endswith("_rad") and abs(abs(worst) - 2 * np.pi) < 0.5
         speed = float(np.max(np.abs(steps) / np.diff(time_s[known])))
         other = _unit_hint(speed, limits.rate, limits.unit) if fast.mean() > MANY else ""
         hint = "; a turn: it is not unwrapped" if wrapped else other
@@ -207,6 +210,10 @@ def _stuck_sensor(time_s: FloatArray, values: FloatArray) -> BoolArray:
 def _stuck_shaft(time_s: FloatArray, values: FloatArray, command: FloatArray) -> BoolArray:
     odd = np.zeros(len(values), dtype=bool)
     for run in _runs(time_s, values, STUCK_SHAFT_S):
-        commanded = command[run][np.isfinite(command[run])]
-        odd[run] = len(commanded) > 1 and float(np.ptp(commanded)) > MOVED_RAD
+        known = run.start + np.flatnonzero(np.isfinite(command[run]))
+        if len(known) < 2:
+            continue
+        # a shaft that holds rests, too, until its command has stepped
+        away = known[np.abs(command[known] - command[known[0]]) > MOVED_RAD]
+        odd[run] = len(away) > 0 and time_s[run.stop - 1] - time_s[away[0]] > ANSWERS_S
     return odd

@@ -212,6 +212,26 @@ def test_a_shaft_that_stays_while_its_command_moves_is_stuck(tmp_path: Path) -> 
     assert not [f for f in report.findings if f.kind == "stuck"], "it was told to stay"
 
 
+def test_a_shaft_that_holds_between_steps_of_its_command_is_not_stuck(tmp_path: Path) -> None:
+    """It rests bit for bit until shortly after the next step, and follows then; nor is a step a jump."""
+    command = np.where(T < 1.5, 0.0, 0.8)
+    shaft = np.where(T < 1.52, 0.0, 0.8 - 0.8 * np.exp(-(T - 1.52) / 0.1))
+    _, report = bring(write_smooth(tmp_path, command_HL_rad=command, shaft_HL_rad=shaft))
+    assert not [f for f in report.findings if f.kind in {"stuck", "jump"}]
+    late = np.where(T < 2.0, 0.0, 0.8 - 0.8 * np.exp(-(T - 2.0) / 0.1))
+    _, report = bring(write_smooth(tmp_path, command_HL_rad=command, shaft_HL_rad=late))
+    assert found(report, "stuck", "shaft_HL_rad").count > 0, "half a second after the step"
+
+
+def test_a_command_that_is_not_unwrapped_or_in_another_unit_still_jumps(tmp_path: Path) -> None:
+    wrapped = np.mod(4 * T, 2 * np.pi)
+    _, report = bring(write_smooth(tmp_path, command_HL_rad=wrapped))
+    assert "it is not unwrapped" in found(report, "jump", "command_HL_rad").detail
+    degrees = np.rad2deg(np.sin(6 * T))
+    _, report = bring(write_smooth(tmp_path, command_HL_rad=degrees))
+    assert 'unit = "deg"' in found(report, "jump", "command_HL_rad").detail
+
+
 def test_an_angle_that_was_not_unwrapped_is_named(tmp_path: Path) -> None:
     wrapped = np.mod(4 * T, 2 * np.pi)
     _, report = bring(write_smooth(tmp_path, shaft_HL_rad=wrapped))
