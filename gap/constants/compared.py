@@ -31,6 +31,11 @@ PULL_WEIGHT = Constant(
     "weight of a frame in which a foot's force is compared below 0, where it is compared as a force, too",
     BY_HAND_LATER,
 )
+PULL_SHARE = Constant(
+    0.2, "share of the load of a loaded foot by which a foot's force is below 0, at least, where it pulls",
+    "from 0 on, zeros of load cells that differ from day to day by 0.3 N were gaps of three of three "
+    "healthy robots that others wrote",
+)  # fmt: skip
 MEAN_READINGS = Constant(
     1.0, "readings that the mean velocity of a window counts as",
     "with 24 it outvoted the frames, and causes that these show looked like days (p-values up to twenty "

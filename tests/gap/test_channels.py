@@ -52,7 +52,7 @@ def test_every_channel_is_the_mean_of_its_signal(frames: int) -> None:
     even = averaged(wide)
     velocities = even[:, JOINTS + 6 * LEGS + 3 :][:, :3]
     up = even[:, JOINTS + 3 * LEGS :][:, :LEGS]
-    pull = np.where(up >= 0.0, 0.0, up)
+    pull = np.where(up + 1.0 >= 0.0, 0.0, up + 1.0)  # 1 N at least
     means = [np.broadcast_to(one.mean(axis=0), one.shape) for one in np.split(velocities, [11])]
     expected = np.column_stack([even, pull, np.concatenate(means), grip])
     np.testing.assert_allclose(channels, expected, rtol=1e-12, atol=1e-12)

@@ -8,6 +8,7 @@ from gap.constants import (
     GRIP_NOISE,
     GRIP_READINGS,
     MEAN_READINGS,
+    PULL_SHARE,
     PULL_WEIGHT,
     SWITCH_S,
     SWITCH_WEIGHT,
@@ -37,7 +38,7 @@ def channels(names: MachineNames) -> tuple[Channel, ...]:
     The total force on all feet is known better than that on each: feet that stick push against each other,
     otherwise on each day. It is the weight and what pulls at the robot, and its moment about the body's
     origin says where the weight is. A foot that pulls at the ground does so for a moment, as it comes off:
-    what is below 0 of its force is compared by itself, because how much it carries differs by more.
+    what is far below 0 of its force is compared by itself, because how much it carries differs by more.
     """
     legs = names.legs
     return (
@@ -88,7 +89,8 @@ def to_channels(
         signals.shaft_rad, command_rad, signals.foot_m, signals.force_n, signals.body_m,
         signals.body_rad, body_velocity(grid, pose),
     ))  # fmt: skip
-    _lay(shaft, command, foot, force, body, angle, velocity, out)
+    pulls_n = max(float(CONTACT_N), PULL_SHARE * windows.least_n)
+    _lay(shaft, command, foot, force, body, angle, velocity, pulls_n, out)
     dynamics = joints + 6 * legs + 3
     out[:, _mean_columns(legs)] = means_of(windows, given_rows(out[:, dynamics : dynamics + 3]))
     out[:, -legs:] = grip_of(windows, _forces(out, joints, legs)) if grip is None else grip
@@ -96,7 +98,7 @@ def to_channels(
 
 
 def _pull_columns(legs: int) -> slice:
-    """Columns of what is below 0 of the forces on feet."""
+    """Columns of what is far below 0 of the forces on feet."""
     return slice(-2 * legs - len(MEANS), -legs - len(MEANS))
 
 
@@ -116,9 +118,12 @@ def _forces(values: FloatArray, joints: int, legs: int) -> FloatArray:
 @compiled
 def _lay(
     shaft: FloatArray, command: FloatArray, foot: FloatArray, force: FloatArray, body: FloatArray,
-    angle: FloatArray, velocity: FloatArray, out: FloatArray,
+    angle: FloatArray, velocity: FloatArray, pulls_n: float, out: FloatArray,
 ) -> None:  # fmt: skip
-    """Every channel at every second frame, averaged with its neighbours (``model.effects.grid.DOWN``)."""
+    """Every channel at every second frame, averaged with its neighbours (``model.effects.grid.DOWN``).
+
+    A foot pulls where its force is below ``-pulls_n``: the zero of a load cell is another on each day.
+    """
     frames, joints, legs = shaft.shape[0], shaft.shape[1], force.shape[1]
     support = joints + 3 * legs
     friction = support + legs + 3
@@ -156,8 +161,9 @@ def _lay(
                 _moment(foot[b], force[b], i),
             )
         for k in range(legs):
-            out[row, dynamics + 9 + k] = out[row, support + k]
-            if out[row, support + k] >= 0.0:  # and NaN stays
+            pulled = out[row, support + k] + pulls_n
+            out[row, dynamics + 9 + k] = pulled
+            if pulled >= 0.0:  # and NaN stays
                 out[row, dynamics + 9 + k] = 0.0
 
 
