@@ -111,6 +111,7 @@ def measure_visibility(
             bar.show(number / len(wanted), f"{number} of {len(wanted)}")
     healthy = healthy or _healthy([one.healthy for one in changes])
     spread = np.array([np.nanmean(one.variance, axis=0) for one in healthy])  # (R, C)
+    spread[spread == 0.0] = np.inf  # nothing is told by what no healthy robot does at all
     visibility = {}
     for one in sorted(changes, key=lambda change: change.name):
         rms = np.sqrt(np.nanmean(one.squares / spread, axis=0))

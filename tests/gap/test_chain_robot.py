@@ -89,7 +89,7 @@ def test_effects_touch_joints_or_legs_and_are_those_that_chains_can_have() -> No
         check_cause(
             Cause("shaft_zero_offset", ("LM",), (0.1,)), known["shaft_zero_offset"], names.joints
         )
-    assert len(simulator.channels) == 18 + 7 * 6 + 15
+    assert len(simulator.channels) == 18 + 8 * 6 + 15
 
 
 def test_loads_turn_joints_as_the_jacobian_says() -> None:

@@ -28,7 +28,8 @@ OF_PROBABILITIES = (
 # only legged robots have what these act on: they are judged on cases of such robots
 OF_LEGGED = (
     "EDGE_S", "SWITCH_S", "SWITCH_WEIGHT", "CONTACT_N", "MEAN_READINGS", "GRIP_READINGS", "GRIP_LARGEST",
-    "GRIP_LOADED", "GRIP_WINDOW_S", "GRIP_NOISE", "PULL_WEIGHT", "PULL_SHARE", "VIBRATES_FASTER", "CALM_LEAD",
+    "GRIP_LOADED", "GRIP_WINDOW_S", "GRIP_NOISE", "PULL_WEIGHT", "PULL_SHARE", "VIBRATES_FASTER",
+    "CALM_LEAD",
 )  # fmt: skip
 
 
