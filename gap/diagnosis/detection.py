@@ -28,6 +28,7 @@ from gap.search.steps import Known
 
 LEAST_FIGURE = 1e-5  # a smaller chance is not put into figures
 NEARLY = 2.0  # times its level, up to which a chance that is no gap is nearly one
+NO_DAYS = "each run counts as a day of its own, as no file says its day"
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +96,7 @@ class Detection:
         return (
             f"why a gap: {percent} % of healthy sets of trials {what}, if they scatter as estimated from "
             f"{self.references_words} ({percent_words(self.by_count)} by counting these alone)"
+            f"{'' if self.days else '; ' + NO_DAYS}"
         )
 
     @property

@@ -224,5 +224,8 @@ def test_next_to_nothing_varies_by_chance() -> None:
 def test_a_report_says_why_there_is_a_gap(chances: tuple[float, float, float], said: str) -> None:
     p_cause, p_change, p_energy = chances
     shown = Detection(True, 0.001, p_cause, p_energy, p_change, 0.2, 4, "speed a", True)
-    by_count = "if they scatter as estimated from 4 references (20% by counting these alone)"
+    by_count = (
+        "if they scatter as estimated from 4 references (20% by counting these alone); "
+        "each run counts as a day of its own, as no file says its day"
+    )
     assert shown.why_words == f"why a gap: {said}, {by_count}"

@@ -100,6 +100,8 @@ def test_a_report_counts_days() -> None:
     shown = Detection(False, 0.5, 0.5, 0.5, 1.0, 0.33, 4, days=2)
     assert shown.references_words == "4 references of 2 days"
     assert shown.by_count == pytest.approx(1 / 3)
+    assert "a day of its own" not in shown.why_words
+    assert "each run counts as a day of its own" in replace(shown, days=0).why_words
     assert replace(shown, days=0).references_words == "4 references"
     assert replace(shown, days=0).by_count == pytest.approx(1 / 5)
 
