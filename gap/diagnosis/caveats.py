@@ -14,7 +14,7 @@ from gap.diagnosis.probability import HALF
 from gap.diagnosis.study import Study
 from gap.interfaces import place_words
 from gap.residuals.floor import ENOUGH_REFERENCES
-from gap.residuals.same_day import days_of
+from gap.residuals.same_day import SILENT_TRIALS, days_of
 from gap.rounding import value_words
 from gap.search.options import Option
 from gap.search.steps import Selection
@@ -60,6 +60,8 @@ def _of_runs(study: Study, blocks: int, named: Sequence[NamedCause]) -> Iterator
             "two references hardly show how much healthy runs differ: only what is clearly larger is "
             "new; without references the same trials get a first guess that names more"
         )
+    elif any(part.day == SILENT_TRIALS for part in study.fitted):
+        yield "references say their day and trials do not: the trials are taken to be of one day"
     elif 0 < (days := len(set(days_of(study.references)))) < ENOUGH_REFERENCES:
         yield (
             f"the references are of {days} day{'s' if days > 1 else ''}, which hardly shows how much days "

@@ -35,7 +35,7 @@ from gap.residuals.motions import in_motion, motions_of
 from gap.residuals.part_error import PartError, rms
 from gap.residuals.parts import TrialPart, split, whole_parts
 from gap.residuals.predictions import Predictor, PredictsElsewhere
-from gap.residuals.same_day import check_days
+from gap.residuals.same_day import with_days
 from gap.residuals.vibration import ChannelVibration, vibration_of
 from model.errors import GapError
 from model.values.arrays import BoolArray
@@ -260,11 +260,12 @@ def make_study(
     """
     if not trials:
         raise GapError("there is no trial to diagnose; give at least one")
-    check_days((*trials, *references))
     fitted, held = split(simulator, trials, hold_out)
     known = whole_parts(simulator, references, len(trials))
     motions = motions_of(known, references, (*fitted, *held))
     fitted, held, known = (in_motion(motions, parts) for parts in (fitted, held, known))
+    both, known = with_days((*fitted, *held), known)
+    fitted, held = both[: len(fitted)], both[len(fitted) :]
     predictor = Predictor(simulator, (*trials, *references), elsewhere)
     find = partial(_vibrations, simulator, (*fitted, *held), known)
     vibrating = meanwhile(find, predictor.at_once)

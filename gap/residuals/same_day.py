@@ -4,11 +4,12 @@ Where files do not say the day (``parts.DAY``), each run has one of its own.
 """
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from functools import lru_cache
 
-from gap.residuals.parts import DAY, TrialPart
-from model.errors import GapError
-from record.trial.trial import Trial
+from gap.residuals.parts import TrialPart
+
+SILENT_TRIALS = "that of trials which do not say theirs"
 
 
 def days_of(parts: Sequence[TrialPart]) -> tuple[str, ...]:
@@ -22,18 +23,19 @@ def same_day(one: TrialPart, other: TrialPart) -> bool:
     return bool(one.day) and one.day == other.day
 
 
-def check_days(trials: Sequence[Trial]) -> None:
-    """Refuse runs of which some say their day and some do not.
+def with_days(
+    trials: Sequence[TrialPart], references: Sequence[TrialPart]
+) -> tuple[tuple[TrialPart, ...], tuple[TrialPart, ...]]:
+    """Return both with a day for each where any file says one.
 
-    Raises:
-        GapError: Some do not.
+    Trials that do not say theirs are taken to be of one day, references each of a day of its own.
     """
-    silent = [k for k, trial in enumerate(trials, 1) if trial.header.condition(DAY) is None]
-    if silent and len(silent) < len(trials):
-        raise GapError(
-            f"{len(silent)} of {len(trials)} runs, trials and references, do not say their day, and the "
-            f"others do: give each NAME.toml {DAY} under [conditions], or none"
-        )
+    if not any(part.day for part in (*trials, *references)):
+        return tuple(trials), tuple(references)
+    return (
+        tuple(part if part.day else replace(part, day=SILENT_TRIALS) for part in trials),
+        tuple(part if part.day else replace(part, day=f"run {part.trial}") for part in references),
+    )
 
 
 @lru_cache(maxsize=4096)

@@ -15,9 +15,14 @@ from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.energy_tests import RunEnergies
 from gap.residuals.parts import whole_parts
-from gap.residuals.same_day import days_of, leave_each_day_out, same_day, together_on_days
+from gap.residuals.same_day import (
+    SILENT_TRIALS,
+    days_of,
+    leave_each_day_out,
+    same_day,
+    together_on_days,
+)
 from gap.search.sizes import sizes_of
-from model.errors import GapError
 from record.trial.trial import Trial
 from tests.gap.predictions import LEGS
 from tests.gap.walks import cause, simulator, walk
@@ -83,8 +88,8 @@ def test_the_energy_of_a_day_is_the_mean_of_its_runs_that_measured() -> None:
     np.testing.assert_array_equal(energies.logs, [[2.0, 5.0], [7.0, np.nan]])
 
 
-def test_all_files_say_their_day_or_none_does() -> None:
-    runs = [*references(3, 2)]
+def test_runs_that_do_not_say_their_day_among_others_that_do_get_one() -> None:
+    runs = references(3, 2)
     parts = whole_parts(simulator(), runs)
     assert days_of(parts) == ("0", "0", "1", "1")
     assert same_day(parts[0], parts[1])
@@ -92,8 +97,13 @@ def test_all_files_say_their_day_or_none_does() -> None:
     bare = whole_parts(simulator(), undated(runs))
     assert days_of(bare) == ()
     assert not same_day(bare[0], bare[1])
-    with pytest.raises(GapError, match=r"2 of 6 runs, .* do not say their day"):
-        make_study(undated(runs[:2]), simulator(), runs)
+    study = make_study(undated(runs[:2]), simulator(), [*undated(runs[:1]), *runs[1:]])
+    assert {part.day for part in (*study.fitted, *study.held)} == {SILENT_TRIALS}
+    assert days_of(study.references) == ("run 2", "0", "1", "1")
+    silent = make_study(undated(runs[:2]), simulator(), undated(runs))
+    assert days_of((*silent.fitted, *silent.references)) == ()
+    d = diagnosed(undated(runs[:2]), [*runs, *runs_of_a_day("2", 50)])
+    assert any("taken to be of one day" in note for note in d.warnings)
 
 
 def test_a_report_counts_days() -> None:
