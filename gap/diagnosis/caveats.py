@@ -60,12 +60,11 @@ def _of_runs(study: Study, blocks: int, named: Sequence[NamedCause]) -> Iterator
             "two references hardly show how much healthy runs differ: only what is clearly larger is "
             "new; without references the same trials get a first guess that names more"
         )
-    elif any(part.day == SILENT_TRIALS for part in study.fitted):
-        yield "references say their day and trials do not: the trials are taken to be of one day"
     elif 0 < (days := len(set(days_of(study.references)))) < ENOUGH_REFERENCES:
         yield (
             f"the references are of {days} day{'s' if days > 1 else ''}, which hardly shows how much days "
-            "differ: only what is far larger is new. Record some on another day"
+            "differ: only what is far larger is new. Record some on another day; files that do not say "
+            "their day count each run, and more is named then, also what only differs from day to day"
         )
     elif not named and none_repeats(study.references):
         yield (
@@ -73,6 +72,8 @@ def _of_runs(study: Study, blocks: int, named: Sequence[NamedCause]) -> Iterator
             "apart, and not how well the machine repeats one, so small causes are hidden. Two of each "
             "show smaller ones"
         )
+    if any(part.day == SILENT_TRIALS for part in study.fitted):
+        yield "references say their day and trials do not: the trials are taken to be of one day"
     if len(fitted) < 2 and not study.calibrated:
         yield "+- covers only within-run noise; run-to-run variation needs more runs"
     if study.cut:
