@@ -15,7 +15,7 @@ from gap.diagnosis.study import Study
 from gap.interfaces import place_words
 from gap.residuals.floor import ENOUGH_REFERENCES
 from gap.residuals.same_day import SILENT_TRIALS, days_of
-from gap.rounding import value_words
+from gap.rounding import count_words, value_words
 from gap.search.options import Option
 from gap.search.steps import Selection
 
@@ -62,7 +62,7 @@ def _of_runs(study: Study, blocks: int, named: Sequence[NamedCause]) -> Iterator
         )
     elif 0 < (days := len(set(days_of(study.references)))) < ENOUGH_REFERENCES:
         yield (
-            f"the references are of {days} day{'s' if days > 1 else ''}, which hardly shows how much days "
+            f"the references are of {count_words(days, 'day')}, which hardly shows how much days "
             "differ: only what is far larger is new. Record some on another day; files that do not say "
             "their day count each run, and more is named then, also what only differs from day to day"
         )

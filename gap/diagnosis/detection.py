@@ -20,7 +20,7 @@ from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
 from gap.residuals.healthy import Healthy, whitened_runs
 from gap.residuals.same_day import days_of
-from gap.rounding import percent_words
+from gap.rounding import count_words, percent_words
 from gap.search.fit import Fitted
 from gap.search.options import CAUSE_LEVEL, worth_size
 from gap.search.screen import Signature, Signatures
@@ -103,9 +103,7 @@ class Detection:
     def references_words(self) -> str:
         """How many references there are, and of how many days, in words."""
         words = f"{self.references} references"
-        if not self.days:
-            return words
-        return f"{words} of {self.days} day{'s' if self.days > 1 else ''}"
+        return f"{words} of {count_words(self.days, 'day')}" if self.days else words
 
     @property
     def by_count(self) -> float:

@@ -264,8 +264,7 @@ def make_study(
     known = whole_parts(simulator, references, len(trials))
     motions = motions_of(known, references, (*fitted, *held))
     fitted, held, known = (in_motion(motions, parts) for parts in (fitted, held, known))
-    both, known = with_days((*fitted, *held), known)
-    fitted, held = both[: len(fitted)], both[len(fitted) :]
+    fitted, held, known = with_days((fitted, held), known)
     predictor = Predictor(simulator, (*trials, *references), elsewhere)
     find = partial(_vibrations, simulator, (*fitted, *held), known)
     vibrating = meanwhile(find, predictor.at_once)

@@ -8,7 +8,6 @@ chance below 1 / (n + 1) (conformal rank; Vovk et al. 2005, Algorithmic Learning
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from gap.constants import NULL_WORTH, OPEN_LEVEL
@@ -67,8 +66,3 @@ def harmonic_mean(*chances: float) -> float:
 def promised(level: float, references: int) -> float:
     """Return the rate of false alarms that can be promised at a level with so many references."""
     return max(level, 1.0 / (references + 1))
-
-
-def leave_each_out(runs: int) -> Sequence[tuple[int, tuple[int, ...]]]:
-    """Return each run with all others."""
-    return [(i, tuple(k for k in range(runs) if k != i)) for i in range(runs)]

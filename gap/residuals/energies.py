@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from gap.constants import LEAST_ENERGY
-from gap.residuals.chances import HeldOutChances, harmonic_mean, leave_each_out
+from gap.residuals.chances import HeldOutChances, harmonic_mean
 from gap.residuals.energy_tests import (
     EnergyChance,
     RunEnergies,
@@ -23,7 +23,7 @@ from gap.residuals.energy_tests import (
 from gap.residuals.evidence import Evidence, mean_energy
 from gap.residuals.floor import ENOUGH_REFERENCES
 from gap.residuals.healthy import Healthy, whitened_runs
-from gap.residuals.same_day import days_of
+from gap.residuals.same_day import days_of, leave_each_day_out
 from gap.residuals.unrepeated import unrepeated
 from model.values.arrays import FloatArray
 
@@ -106,6 +106,7 @@ def _calibrated(
     chance = test(trials, runs)
     if chance is None:
         return None
-    held = [test(runs.some([i]), runs.some(rest)) for i, rest in leave_each_out(len(runs.logs))]
+    each_out = leave_each_day_out((), len(runs.logs))  # of each day there is one already
+    held = [test(runs.some(own), runs.some(rest)) for own, rest in each_out]
     null = HeldOutChances(tuple(one.p for one in held if one is not None))
     return replace(chance, p=null.calibrated(chance.p))

@@ -56,7 +56,7 @@ class RunEnergies:
         if not days:
             return self
         groups = together_on_days(days, tuple(range(len(self.gaits))))
-        logs = np.array([mean_known(self.logs[list(own)]) for own in groups])
+        logs = np.array([_mean_known(self.logs[list(own)]) for own in groups])
         return RunEnergies(tuple(several(self.gaits[i] for i in own) for own in groups), logs)
 
     def of(self, channels: BoolArray) -> "RunEnergies":
@@ -166,8 +166,8 @@ def _worst(
     return float(each[worst]) * len(each), worst
 
 
-def mean_known(logs: FloatArray) -> FloatArray:
-    """Return the mean of R rows, (R, C), of those that are known, (C,); NaN where none is."""
+def _mean_known(logs: FloatArray) -> FloatArray:
+    """The mean of R rows, (R, C), of those that are known, (C,); NaN where none is."""
     known = np.isfinite(logs)
     count = known.sum(axis=0)
     total = np.where(known, logs, 0.0).sum(axis=0)

@@ -112,7 +112,7 @@ def make_floor(
     ]
     noise = np.median([one.noise for one in known], axis=0)
     # a run alone does not tell what of a motion it would repeat
-    widths = [one.measurable if references or not one.part.condition.once else 1 for one in known]
+    widths = [one.measurable if references or not one.part.once else 1 for one in known]
     if references:
         widths = [min(widths)] * len(known)
     fits = [one.repeating(width) for one, width in zip(known, widths, strict=True)]

@@ -53,7 +53,7 @@ class PartError:
     def measurable(self) -> int:
         """How many of the columns of ``phase_basis`` the part is long enough to measure."""
         cycle = self.part.observation.cycle
-        turned = abs(cycle[-1] - cycle[0]) >= SHORTEST_CYCLES or self.part.condition.once
+        turned = abs(cycle[-1] - cycle[0]) >= SHORTEST_CYCLES or self.part.once
         return phase_basis(self.part).shape[1] if turned else 1
 
     def repeating(self, width: int) -> Repeating:

@@ -71,13 +71,17 @@ class TrialPart:
     @property
     def condition(self) -> RunCondition:
         """Its gait and frequency."""
-        return RunCondition(self.gait, self.frequency_hz, math.isfinite(self.motion_s))
+        return RunCondition(self.gait, self.frequency_hz, self.once)
+
+    @property
+    def once(self) -> bool:
+        """Whether it is of a motion that a run makes once."""
+        return math.isfinite(self.motion_s)
 
     @property
     def cycle(self) -> FloatArray:
         """Cycles of what repeats from run to run, (F,): of its gait, or of a motion that it makes once."""
-        once = math.isfinite(self.motion_s)
-        return self.observation.time_s / self.motion_s if once else self.observation.cycle
+        return self.observation.time_s / self.motion_s if self.once else self.observation.cycle
 
     @property
     def frames(self) -> int:
@@ -104,16 +108,8 @@ def part_of(index: int, trial: Trial, observation: Observation, first: int, last
         frequency = float(abs(o.cycle[-1] - o.cycle[0]) / (o.time_s[-1] - o.time_s[0]))
     commands = command_cycle_of(trial, observation)
     day = trial.header.condition(DAY)
-    return TrialPart(
-        index,
-        first,
-        last,
-        trial.header.gait,
-        frequency,
-        cut,
-        commands,
-        "" if day is None else str(day),
-    )
+    named = "" if day is None else str(day)
+    return TrialPart(index, first, last, trial.header.gait, frequency, cut, commands, named)
 
 
 def split(

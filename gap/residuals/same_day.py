@@ -9,6 +9,9 @@ from functools import lru_cache
 
 from gap.residuals.parts import TrialPart
 
+# Runs of a day, and all others.
+EachDayOut = Sequence[tuple[tuple[int, ...], tuple[int, ...]]]
+
 SILENT_TRIALS = "that of trials which do not say theirs"
 
 
@@ -24,17 +27,17 @@ def same_day(one: TrialPart, other: TrialPart) -> bool:
 
 
 def with_days(
-    trials: Sequence[TrialPart], references: Sequence[TrialPart]
-) -> tuple[tuple[TrialPart, ...], tuple[TrialPart, ...]]:
-    """Return both with a day for each where any file says one.
+    trials: Sequence[Sequence[TrialPart]], references: Sequence[TrialPart]
+) -> tuple[tuple[TrialPart, ...], ...]:
+    """Return groups of trials, and references behind them, with a day for each where any file says one.
 
     Trials that do not say theirs are taken to be of one day, references each of a day of its own.
     """
-    if not any(part.day for part in (*trials, *references)):
-        return tuple(trials), tuple(references)
+    if not any(part.day for parts in (*trials, references) for part in parts):
+        return (*map(tuple, trials), tuple(references))
     return (
-        tuple(part if part.day else replace(part, day=SILENT_TRIALS) for part in trials),
-        tuple(part if part.day else replace(part, day=f"run {part.trial}") for part in references),
+        *(tuple(p if p.day else replace(p, day=SILENT_TRIALS) for p in parts) for parts in trials),
+        tuple(p if p.day else replace(p, day=f"run {p.trial}") for p in references),
     )
 
 
@@ -52,9 +55,7 @@ def several(gaits: Iterable[str]) -> str:
     return "+".join(sorted(set(gaits)))
 
 
-def leave_each_day_out(
-    days: tuple[str, ...], runs: int
-) -> Sequence[tuple[tuple[int, ...], tuple[int, ...]]]:
+def leave_each_day_out(days: tuple[str, ...], runs: int) -> EachDayOut:
     """Return the runs of each day with all others; without days each run is one."""
     every = tuple(range(runs))
     groups = together_on_days(days, every) if days else tuple((run,) for run in every)

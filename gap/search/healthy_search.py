@@ -17,7 +17,7 @@ from gap.residuals.chances import HeldOutChances, clearer
 from gap.residuals.evidence import Evidence
 from gap.residuals.floor import ENOUGH_REFERENCES
 from gap.residuals.healthy import Healthy, WhitenedRun, farthest, nearest
-from gap.residuals.same_day import days_of, leave_each_day_out
+from gap.residuals.same_day import EachDayOut, leave_each_day_out
 from gap.search.candidates import Family, shares_of
 from gap.search.clear_size import clear_size
 from gap.search.days import day_variances, likeliest_day_share
@@ -148,16 +148,15 @@ def search_healthy(
     with_trials = laid.with_trials(evidence, signatures, evidence.base)
     every = range(len(references))
     trials = range(len(references), len(with_trials.gaits))
-    recorded = days_of([one.part for one in references])
+    each_day = leave_each_day_out(laid.days, len(references))
     # two runs hardly tell how much causes scatter and not at all how much gaits differ; trials scatter, too
-    apart = len(leave_each_day_out(recorded, len(references)))
-    also = (trials,) if apart < ENOUGH_REFERENCES else ()
+    also = (trials,) if len(each_day) < ENOUGH_REFERENCES else ()
     alone, share = fits_of(with_trials, signatures), likeliest_day_share(laid.changes(every))
     changes = _sizes_of(alone)
     chances = []
-    matched = _matched(evidence, references)
+    matched = _matched(evidence, references, each_day)
     shares = shares_of([own.signature.candidate.family for own, _ in alone])
-    for own_day, others in leave_each_day_out(recorded, len(references)):
+    for own_day, others in each_day:
         if not matched.issuperset(own_day):
             continue
         usual = _usual(changes, (others, *also))
@@ -188,17 +187,16 @@ def search_healthy(
     )
 
 
-def _matched(evidence: Evidence, references: Sequence[Healthy]) -> set[int]:
+def _matched(evidence: Evidence, references: Sequence[Healthy], each_day: EachDayOut) -> set[int]:
     """References that are as near to the others, in gait and frequency, as trials are to references.
 
     One that is farther shows what a condition that is new looks like, and not what a chance is worth.
     """
     known = [run.part.condition for run in references]
     most = farthest([part.condition for part in evidence.parts], known)
-    recorded = days_of([run.part for run in references])
     return {
         held
-        for own_day, others in leave_each_day_out(recorded, len(known))
+        for own_day, others in each_day
         for held in own_day
         if others and nearest(known[held], [known[i] for i in others]) <= most
     }

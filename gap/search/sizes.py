@@ -54,7 +54,7 @@ class Sizes:
         What differs from day to day is alike in all runs of a day, so these say it once.
         """
         if self.days and self.energy is not None:
-            return self._by_day(together_on_days(self.days, tuple(runs)))
+            return self._by_day(together_on_days(self.days, tuple(runs)), self.energy)
         values = self.values[list(runs)]
         seen = np.isfinite(values)
         if seen.all():
@@ -62,9 +62,8 @@ class Sizes:
         kept = tuple(run for run, shown in zip(runs, seen, strict=True) if shown)
         return Sizes(values[seen], _gaits_of(self.gaits, kept))
 
-    def _by_day(self, days: Sequence[Sequence[int]]) -> "Sizes":
-        assert self.energy is not None
-        weights = np.where(np.isfinite(self.values), self.energy, 0.0)
+    def _by_day(self, days: Sequence[Sequence[int]], energy: FloatArray) -> "Sizes":
+        weights = np.where(np.isfinite(self.values), energy, 0.0)
         pulls = weights * np.nan_to_num(self.values)
         values, gaits = [], []
         for own in (list(day) for day in days):

@@ -158,19 +158,21 @@ def _jumps(
         return
     steps = np.diff(column.values[known])
     fast = np.abs(steps) > limits.rate * np.diff(time_s[known])
-    worst = float(steps[fast][np.argmax(np.abs(steps[fast]))]) if fast.any() else 0.0
+    if not fast.any():
+        return
+    many = fast.mean() > MANY
+    worst = float(steps[fast][np.argmax(np.abs(steps[fast]))])
     wrapped = column.name.endswith("_rad") and abs(abs(worst) - 2 * np.pi) < 0.5
-    # a command may step; many steps are another unit, and a turn is no step
-    steps_on_purpose = column.name.startswith("command_") and fast.mean() <= MANY and not wrapped
-    if fast.any() and not steps_on_purpose:
-        odd = np.zeros(len(time_s), dtype=bool)
-        odd[known[1:][fast]] = True
-        speed = float(np.max(np.abs(steps) / np.diff(time_s[known])))
-        other = _unit_hint(speed, limits.rate, limits.unit) if fast.mean() > MANY else ""
-        hint = "; a turn: it is not unwrapped" if wrapped else other
-        yield _finding("jump", column.name, odd, rows,
-                     f"faster than {limits.rate:g} {limits.unit}/s; the largest step {worst:.4g}"
-                     f"{hint}")  # fmt: skip
+    if column.name.startswith("command_") and not many and not wrapped:
+        return  # a command may step; many steps are another unit, and a turn is no step
+    odd = np.zeros(len(time_s), dtype=bool)
+    odd[known[1:][fast]] = True
+    speed = float(np.max(np.abs(steps) / np.diff(time_s[known])))
+    other = _unit_hint(speed, limits.rate, limits.unit) if many else ""
+    hint = "; a turn: it is not unwrapped" if wrapped else other
+    yield _finding("jump", column.name, odd, rows,
+                 f"faster than {limits.rate:g} {limits.unit}/s; the largest step {worst:.4g}"
+                 f"{hint}")  # fmt: skip
 
 
 def _stuck(trial: Trial, rows: FloatArray) -> Iterator[TableFinding]:

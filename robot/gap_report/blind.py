@@ -14,7 +14,7 @@ FORCE_SENSORS, POSE = "force sensors", "the body's pose"
 SENSORS = (
     ("shaft", JOINT_ANGLES),
     ("foot", FOOT_MARKERS),
-    (("force", "pull", "total", "grip"), FORCE_SENSORS),  # totals and grip are read from the forces
+    (("force", "pull", "total", "grip"), FORCE_SENSORS),  # the others are read from the forces
     (("body", "mean", "roll", "pitch"), POSE),
     (COMMANDS, "commands"),
 )

@@ -22,7 +22,7 @@ from robot.campaign.case import read_case
 from robot.cli.main import run as command
 from robot.gap_report.summary import summary_lines
 from tests.gap.test_forms import STANDING
-from tests.gap.walks import simulator, walk
+from tests.gap.walks import diagnosed_among, simulator, walk
 from tests.soaked import THOROUGH
 
 IN_LOOP = "gear_backlash_in_loop"
@@ -171,10 +171,7 @@ def test_a_joint_that_hunts_has_one_form_of_play_to_try() -> None:
 
 
 def answer(trials: Sequence[Trial], references: Sequence[Trial]) -> Diagnosis:
-    whole = simulator()
-    others = {effect.family for effect in whole.effects} - KEPT
-    lacking = Without(whole, tuple(others))
-    return diagnose_study(commissioned_study(trials, lacking, references, standing=(LAG,)))
+    return diagnosed_among(KEPT, trials, references, (LAG,))
 
 
 OTHERS = [

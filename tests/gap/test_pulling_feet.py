@@ -5,15 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.delegate import Without
-from gap.diagnosis.commissioning import commissioned_study
-from gap.diagnosis.diagnose import diagnose_study
-from gap.diagnosis.findings import Diagnosis, Verdict
+from gap.diagnosis.findings import Verdict
 from gap.interfaces import Cause
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 from tests.gap.predictions import LEGS, Prediction, inside
-from tests.gap.walks import cause, machine, simulator, walk
+from tests.gap.walks import cause, diagnosed_among, machine, simulator, walk
 
 LAG = Cause("servo_lag", (), (0.05,))
 KEPT = {"foot_friction", "force_bias", "force_gain", "servo_lag", "leg_stiffness"}
@@ -71,18 +68,12 @@ def test_it_counts_where_the_foot_comes_off_as_well() -> None:
     assert set(np.unique(weight[15:-15])) == {weight.max()}
 
 
-def _diagnosed(trials: list[Trial], references: list[Trial]) -> Diagnosis:
-    whole = simulator()
-    lacking = Without(whole, tuple({effect.family for effect in whole.effects} - KEPT))
-    return diagnose_study(commissioned_study(trials, lacking, references, standing=(LAG,)))
-
-
 @pytest.mark.parametrize(("pull_n", "verdict"), [(0.0, Verdict.NO_GAP), (4.0, Verdict.UNEXPLAINED)])
 def test_a_foot_that_pulls_for_a_moment_is_a_gap_that_nothing_explains(
     pull_n: float, verdict: Verdict
 ) -> None:
     trials = [pulling(trial, pull_n) if pull_n else trial for trial in walks(4, 20)]
-    d = _diagnosed(trials, walks(4, 40))
+    d = diagnosed_among(KEPT, trials, walks(4, 40), (LAG,))
     assert d.verdict is verdict
     if pull_n:
         assert d.stage == "support"

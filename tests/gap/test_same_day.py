@@ -6,10 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.delegate import Without
-from gap.diagnosis.commissioning import commissioned_study
 from gap.diagnosis.detection import Detection
-from gap.diagnosis.diagnose import diagnose_study
 from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
@@ -25,7 +22,7 @@ from gap.residuals.same_day import (
 from gap.search.sizes import sizes_of
 from record.trial.trial import Trial
 from tests.gap.predictions import LEGS
-from tests.gap.walks import cause, simulator, walk
+from tests.gap.walks import cause, diagnosed_among, simulator, walk
 
 LAG = Cause("servo_lag", (), (0.05,))
 KEPT = {"servo_lag", "leg_stiffness", "friction_level", "com_offset", "payload"}
@@ -59,9 +56,7 @@ def references(seed: int, days: int) -> list[Trial]:
 
 
 def diagnosed(trials: Sequence[Trial], healthy: Sequence[Trial]) -> Diagnosis:
-    whole = simulator()
-    lacking = Without(whole, tuple({effect.family for effect in whole.effects} - KEPT))
-    return diagnose_study(commissioned_study(trials, lacking, healthy, standing=(LAG,)))
+    return diagnosed_among(KEPT, trials, healthy, (LAG,))
 
 
 def test_runs_are_put_together_by_their_day() -> None:

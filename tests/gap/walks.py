@@ -1,12 +1,16 @@
 """Trials for the tests of the legged simulator, made by a gait and the chain itself."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from gaits.catalog import make_gait
+from gap.delegate import Without
+from gap.diagnosis.commissioning import commissioned_study
+from gap.diagnosis.diagnose import diagnose_study
+from gap.diagnosis.findings import Diagnosis
 from gap.effect_file import UserEffect
 from gap.interfaces import Cause, Drive
 from gap.machines.legged.chain import LeggedChain
@@ -92,3 +96,14 @@ def walk(
         body_position_m=samples(read.body_m, NOISE.body_position_m),
         body_angles_rad=samples(read.body_rad, NOISE.body_angle_rad),
     )
+
+
+def diagnosed_among(
+    effects: Collection[str], trials: Sequence[Trial], references: Sequence[Trial],
+    standing: tuple[Cause, ...],
+) -> Diagnosis:  # fmt: skip
+    """Diagnose with these effects alone in the catalogue, which takes seconds."""
+    whole = simulator()
+    others = {effect.family for effect in whole.effects} - set(effects)
+    lacking = Without(whole, tuple(others))
+    return diagnose_study(commissioned_study(trials, lacking, references, standing=standing))
