@@ -65,7 +65,7 @@ SHAPE_DIFFERS = Constant(
     0.05,
     "share of the change by other causes that one more must make to be tried beside what differs from day "
     "to day: they are only nearly of the machine's shape",
-    "the share that is taken for laws of contact is 0.03 (FORCES_DIFFER); 33 pairs, labels open",
+    "the share that was taken for laws of contact (FORCES_DIFFER), 0.03 then; 33 pairs, labels open",
 )
 UNSTEADY_LEVEL = Constant(
     0.01,

@@ -63,7 +63,7 @@ def _of(text: str, runs: Runs, paths: Sequence[Path]) -> set[int]:
     keys = _conditions([trial.header for trial in runs.trials])
     raise GapError(
         f"--hold-out {text}: no run says {key}; they say {keys or 'nothing'}: write it into [conditions] "
-        "the files beside the tables, or of the map"
+        "of the files beside the tables, or of the map"
     )
 
 

@@ -215,11 +215,14 @@ def find_reality(name: str) -> Reality:
             return one
     if drawn := DRAWN.fullmatch(name):
         return drawn_reality(int(drawn[1]))
+    if name == "all":
+        raise ConfigError("--reality", "all is for bigant campaign make; a run is of one reality")
     names = [one.name for one in REALITIES]
     near = difflib.get_close_matches(name, names, n=1)
     hint = f"did you mean {near[0]}? " if near else ""
     raise ConfigError(
-        "--reality", f"{name!r} is not known; {hint}known are {', '.join(names)}, drawn-N, all"
+        "--reality",
+        f"{name!r} is not known; {hint}known are {', '.join(names)}, drawn-N (and all, for a campaign)",
     )
 
 

@@ -89,6 +89,8 @@ def test_an_unknown_reality_is_refused_with_the_known_ones(
     line = ["sim", "run", "--fast", "--out", str(out), "--reality", "pose_only", "--effect"]
     assert command([*line, "force_gain@ML"]) != 0
     assert "force_gain cannot be in pose_only: it has no force sensors" in capsys.readouterr().err
+    assert command(["sim", "run", "--fast", "--out", str(out), "--reality", "all"]) != 0
+    assert "all is for bigant campaign make" in capsys.readouterr().err
 
 
 def test_the_list_of_realities(capsys: pytest.CaptureFixture[str]) -> None:
