@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TypeAlias
 
 from bigant.logs import Log, path_of
+from gap.diagnosis.answer.findings import Diagnosis
+from gap.diagnosis.answer.named_cause import NamedCause
 from gap.diagnosis.diagnose import silent
-from gap.diagnosis.findings import Diagnosis, NamedCause
 from gap.machine_kinds import Make
 from record.trial.trial import Trial
 from record.whole_file import write_text

@@ -19,7 +19,7 @@ from gap.check.cases import (
     gap_declared,
     probabilities_given,
 )
-from gap.diagnosis.probability import Fit, none_features
+from gap.diagnosis.alternatives.probability import Fit, none_features
 
 SURE = 1e-3  # no nearer to 0 or 1 than this
 LOOSE = 0.5  # share of a constant by which a fit may move it, one standard deviation

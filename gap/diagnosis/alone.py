@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from gap.diagnosis.how_far import ChannelRms, channel_rms
+from gap.diagnosis.comparison.how_far import ChannelRms, channel_rms
 from gap.interfaces import Cause, Drive, Scope, Simulator, places_for
 from gap.residuals.evidence import errors, judging_drive, local_drive
 from gap.residuals.hold_out import HoldOut

@@ -8,17 +8,9 @@ import numpy as np
 from gap.constants import MOSTLY
 from gap.coverage.coverage import unwatched_stages
 from gap.data.usual_spikes import without_usual_spikes
-from gap.diagnosis.ambiguity import OpenRival, open_rivals
-from gap.diagnosis.by_vibration import settled_by_vibration, shaken_channels
-from gap.diagnosis.caveats import resembling, warnings_of
-from gap.diagnosis.commissioning import commissioned_study
-from gap.diagnosis.detection import Detection, detect, detectable
-from gap.diagnosis.drop_worse import adds_little, drop_unclear, drop_worse
-from gap.diagnosis.findings import Diagnosis, NamedCause, TrialFaults, Verdict
-from gap.diagnosis.gap_evidence import GapEvidence, compare
-from gap.diagnosis.how_far import HowFar, how_far
-from gap.diagnosis.new_commands import new_commands
-from gap.diagnosis.probability import (
+from gap.diagnosis.alternatives.ambiguity import OpenRival, open_rivals
+from gap.diagnosis.alternatives.by_vibration import settled_by_vibration, shaken_channels
+from gap.diagnosis.alternatives.probability import (
     Fit,
     RivalCause,
     chances,
@@ -27,11 +19,20 @@ from gap.diagnosis.probability import (
     none_if_nothing,
     none_of_them,
 )
-from gap.diagnosis.second_look import second_look
-from gap.diagnosis.study import Study
-from gap.diagnosis.trend import RunChange, change_in_runs, none_with, trends_of
-from gap.diagnosis.verdict import gap_exists, named_causes, verdict_of
-from gap.diagnosis.where import clearest_there, where
+from gap.diagnosis.answer.caveats import resembling, warnings_of
+from gap.diagnosis.answer.findings import Diagnosis, TrialFaults, Verdict
+from gap.diagnosis.answer.named_cause import NamedCause
+from gap.diagnosis.answer.verdict import gap_exists, named_causes, verdict_of
+from gap.diagnosis.comparison.commissioning import commissioned_study
+from gap.diagnosis.comparison.detection import Detection, detect, detectable
+from gap.diagnosis.comparison.gap_evidence import GapEvidence, compare
+from gap.diagnosis.comparison.how_far import HowFar, how_far
+from gap.diagnosis.comparison.new_commands import new_commands
+from gap.diagnosis.comparison.study import Study
+from gap.diagnosis.comparison.trend import RunChange, change_in_runs, none_with, trends_of
+from gap.diagnosis.comparison.where import clearest_there, where
+from gap.diagnosis.held_out.drop_worse import adds_little, drop_unclear, drop_worse
+from gap.diagnosis.held_out.second_look import second_look
 from gap.experiments.next_run import NextRun
 from gap.experiments.open_causes import discriminating_runs, open_sets
 from gap.interfaces import DataFault, Proposal, Simulator

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Sequence
 
 from gap.delegate import Delegate
-from gap.diagnosis.how_far import HowFar, how_far
-from gap.diagnosis.study import Study
+from gap.diagnosis.comparison.how_far import HowFar, how_far
+from gap.diagnosis.comparison.study import Study
 from gap.interfaces import Cause, Drive, Effect, Scope, Simulator
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial

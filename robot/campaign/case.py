@@ -14,8 +14,12 @@ from gap.check.cases import CaseAnswer, Named, Remainder, Truth
 from gap.coverage.blind_spots import blind_spots
 from gap.delegate import Without
 from gap.detectable import Detectable
-from gap.diagnosis.as_json import diagnosis_json
-from gap.diagnosis.commissioning import commissioned_study, enough_conditions, standing_of
+from gap.diagnosis.answer.as_json import diagnosis_json
+from gap.diagnosis.comparison.commissioning import (
+    commissioned_study,
+    enough_conditions,
+    standing_of,
+)
 from gap.diagnosis.diagnose import diagnose_study
 from gap.interfaces import Cause, Simulator
 from model.errors import RecordError

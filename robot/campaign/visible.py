@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gap.check.cases import CONTROL, PAIR, SINGLE
-from gap.diagnosis.commissioning import commissioned_study
-from gap.diagnosis.how_far import how_far
+from gap.diagnosis.comparison.commissioning import commissioned_study
+from gap.diagnosis.comparison.how_far import how_far
 from gap.interfaces import Cause, Simulator
 from model.errors import GapError, RecordError
 from model.values.arrays import FloatArray

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from gap.diagnosis.findings import Diagnosis
+from gap.diagnosis.answer.findings import Diagnosis
 from model.errors import BigantError
 from record.trial.trial import Trial
 from robot.day.runs import DayRun

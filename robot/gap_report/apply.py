@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from gap.diagnosis.how_far import HowFar
+from gap.diagnosis.comparison.how_far import HowFar
 from gap.machines.legged.simulator import LeggedSimulator
 from model.effects.catalogue import CATALOGUE, EFFECTS
 from model.effects.correction import correction_of, keyless_of

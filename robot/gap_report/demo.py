@@ -10,7 +10,8 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from gap.diagnosis.findings import Diagnosis, NamedCause, Value, Verdict
+from gap.diagnosis.answer.findings import Diagnosis, Verdict
+from gap.diagnosis.answer.named_cause import NamedCause, Value
 from gap.interfaces import place_words
 from gap.rounding import value_words
 from gap.worker_pool import worker_pool

@@ -9,9 +9,9 @@ from warnings import catch_warnings, simplefilter
 
 from gap.coverage.blind_spots import blind_spots
 from gap.delegate import many_of
-from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.answer.as_json import diagnosis_json
+from gap.diagnosis.answer.findings import Diagnosis, Verdict
 from gap.diagnosis.diagnose import Progress, Proposer, diagnose_study, silent
-from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.interfaces import Simulator
 from gap.residuals.cluster import ClusterPredictions, Installation
 from gap.residuals.pool import prediction_pool

@@ -13,8 +13,8 @@ from pathlib import Path
 
 from platformdirs import user_cache_path
 
-from gap.diagnosis.commissioning import commission
-from gap.diagnosis.study import Study
+from gap.diagnosis.comparison.commissioning import commission
+from gap.diagnosis.comparison.study import Study
 from gap.interfaces import Cause
 from model.errors import RecordError
 from record.earlier_file import earlier_files

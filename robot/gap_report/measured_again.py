@@ -4,8 +4,8 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from gap.diagnosis.findings import Verdict
-from gap.diagnosis.how_far import HowFar
+from gap.diagnosis.answer.findings import Verdict
+from gap.diagnosis.comparison.how_far import HowFar
 from gap.diagnosis.remeasured import remeasure
 from gap.interfaces import Simulator
 from model.errors import GapError

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
+from gap.diagnosis.comparison.study import Study
 from gap.diagnosis.diagnose import SURELY_NONE, Proposer, diagnose_study
-from gap.diagnosis.study import Study
 from gap.experiments.next_run import MOST_RUNS, NextRun
 from gap.experiments.open_causes import discriminating_runs, open_sets
 from gap.interfaces import Cause, Effect, Scope

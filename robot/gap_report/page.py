@@ -9,8 +9,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict
-from gap.diagnosis.how_far import Trace
+from gap.diagnosis.answer.findings import Diagnosis, Verdict
+from gap.diagnosis.answer.named_cause import NamedCause
+from gap.diagnosis.comparison.how_far import Trace
 from gap.experiments.next_run import NextRun
 from gap.interfaces import place_words
 from gap.rounding import percent_words, value_words

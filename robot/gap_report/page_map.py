@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from gap.diagnosis.findings import Diagnosis
-from gap.diagnosis.where import ChannelGap
+from gap.diagnosis.answer.findings import Diagnosis
+from gap.diagnosis.comparison.where import ChannelGap
 from gap.residuals.phase_bins import PHASE_BINS
 from gap.rounding import percent_words
 

@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from gap.diagnosis.commissioning import baseline_errors, commissioned_study
-from gap.diagnosis.study import Study
+from gap.diagnosis.comparison.commissioning import baseline_errors, commissioned_study
+from gap.diagnosis.comparison.study import Study
 from gap.interfaces import Cause, Simulator
 from gap.residuals.predictions import PredictsElsewhere
 from robot.gap_report.kept_baseline import REUSED, baseline_of

@@ -5,7 +5,8 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
-from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict, improves
+from gap.diagnosis.answer.findings import Diagnosis, Verdict, improves
+from gap.diagnosis.answer.named_cause import NamedCause
 from gap.interfaces import place_words
 from gap.rounding import percent_words
 from robot.console.json_output import to_stdout

@@ -7,9 +7,10 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from gap.detectable import Detectable
-from gap.diagnosis.findings import DATA_FIRST, Diagnosis, NamedCause, TrialFaults, Verdict
-from gap.diagnosis.how_far import HowFar
-from gap.diagnosis.probability import RivalCause
+from gap.diagnosis.alternatives.probability import RivalCause
+from gap.diagnosis.answer.findings import DATA_FIRST, Diagnosis, TrialFaults, Verdict
+from gap.diagnosis.answer.named_cause import NamedCause
+from gap.diagnosis.comparison.how_far import HowFar
 from gap.experiments.next_run import NextRun
 from gap.interfaces import Cause, DataFault, Effect, place_words
 from gap.rounding import fixed, percent_words, value_words

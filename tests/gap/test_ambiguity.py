@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.diagnosis.ambiguity import OpenRival, open_rivals
-from gap.diagnosis.probability import (
+from gap.diagnosis.alternatives.ambiguity import OpenRival, open_rivals
+from gap.diagnosis.alternatives.probability import (
     RivalCause,
     blur_of,
     chances,

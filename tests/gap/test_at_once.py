@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.answer.as_json import diagnosis_json
 from gap.diagnosis.diagnose import diagnose
 from gap.interfaces import Cause
 from gap.residuals.at_once import ahead_of, each_of, meanwhile

@@ -9,9 +9,9 @@ import pytest
 
 from gap.coverage.blind_spots import COMMANDS, BlindSpot, MissingAt, blind_spots
 from gap.diagnosis.alone import each_alone
+from gap.diagnosis.answer.findings import Diagnosis
+from gap.diagnosis.comparison.study import make_study
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Diagnosis
-from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Drive, Observation
 from model.errors import GapError
 from model.values.arrays import FloatArray

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from gap.diagnosis.study import Study
+from gap.diagnosis.comparison.study import Study
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.residuals.parts import whole_parts

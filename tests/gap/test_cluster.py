@@ -8,7 +8,7 @@ from threading import Event
 import numpy as np
 import pytest
 
-from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.answer.as_json import diagnosis_json
 from gap.diagnosis.diagnose import diagnose
 from gap.interfaces import Cause, Drive
 from gap.machines.mujoco.machine import make_machine

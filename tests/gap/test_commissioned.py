@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from gap.delegate import Delegate
-from gap.diagnosis.as_json import diagnosis_json
-from gap.diagnosis.commissioning import commissioned_study
+from gap.diagnosis.answer.as_json import diagnosis_json
+from gap.diagnosis.comparison.commissioning import commissioned_study
+from gap.diagnosis.comparison.study import make_study
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.remeasured import remeasure
-from gap.diagnosis.study import make_study
 from gap.experiments.open_causes import discriminating_runs, open_sets
 from gap.interfaces import Cause, Drive, Proposal
 from gap.residuals.hold_out import HoldOut
@@ -136,4 +136,7 @@ def test_there_is_one_way_to_a_study() -> None:
         for path in (ROOT / folder).rglob("*.py")
         if re.search(r"\bmake_study\(", path.read_text(encoding="utf-8"))
     }
-    assert makers == {"gap/diagnosis/study.py", "gap/diagnosis/commissioning.py"}
+    assert makers == {
+        "gap/diagnosis/comparison/study.py",
+        "gap/diagnosis/comparison/commissioning.py",
+    }

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gap.delegate import MachineOfEach, machine_key
-from gap.diagnosis.commissioning import commissioned_study
+from gap.diagnosis.comparison.commissioning import commissioned_study
 from gap.diagnosis.remeasured import remeasure
 from gap.interfaces import Cause, Drive, Scope
 from gap.machines.legged.simulator import LeggedSimulator

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gap.constants import FALSE_ALARMS, OPEN_LEVEL
-from gap.diagnosis.gap_evidence import GapEvidence, compare
-from gap.diagnosis.study import make_study
+from gap.diagnosis.comparison.gap_evidence import GapEvidence, compare
+from gap.diagnosis.comparison.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.chances import clearer
 from gap.search.beside_days import chance_beside_days, chance_beside_others

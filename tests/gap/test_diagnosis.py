@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.answer.as_json import diagnosis_json
+from gap.diagnosis.answer.findings import Diagnosis, Verdict
+from gap.diagnosis.comparison.study import make_study
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Diagnosis, Verdict
-from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Scope
 from gap.residuals.pool import prediction_pool
 from model.errors import GapError

@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import pytest
 
-import gap.diagnosis.drop_worse as drop_module
-from gap.diagnosis import held_stage
+import gap.diagnosis.held_out.drop_worse as drop_module
+from gap.diagnosis.answer.findings import Verdict
+from gap.diagnosis.comparison.gap_evidence import GapEvidence, compare
+from gap.diagnosis.comparison.how_far import HowFar, how_far
+from gap.diagnosis.comparison.study import make_study
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.drop_worse import drop_unclear, drop_worse
-from gap.diagnosis.findings import Verdict
-from gap.diagnosis.gap_evidence import GapEvidence, compare
-from gap.diagnosis.held_stage import helps_its_stage
-from gap.diagnosis.how_far import HowFar, how_far
-from gap.diagnosis.study import make_study
+from gap.diagnosis.held_out import held_stage
+from gap.diagnosis.held_out.drop_worse import drop_unclear, drop_worse
+from gap.diagnosis.held_out.held_stage import helps_its_stage
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.residuals.vibration import ChannelVibration

@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 from scipy import stats
 
 from gap.constants import ENERGY_LEVEL
-from gap.diagnosis.detection import Detection
-from gap.diagnosis.study import make_study
+from gap.diagnosis.comparison.detection import Detection
+from gap.diagnosis.comparison.study import make_study
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.energy_tests import (
     RunEnergies,

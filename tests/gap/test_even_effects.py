@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from gap.diagnosis.detection import detectable
+from gap.diagnosis.comparison.detection import detectable
+from gap.diagnosis.comparison.gap_evidence import compare
+from gap.diagnosis.comparison.study import make_study
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.gap_evidence import compare
-from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.search.fit import fit_causes
 from gap.search.screen import gains

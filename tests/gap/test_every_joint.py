@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gap.diagnosis.answer.findings import Verdict
+from gap.diagnosis.comparison.gap_evidence import compare
+from gap.diagnosis.comparison.joint_ranking import rank_joints
+from gap.diagnosis.comparison.study import make_study
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Verdict
-from gap.diagnosis.gap_evidence import compare
-from gap.diagnosis.joint_ranking import rank_joints
-from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Drive, Effect, Parameter, Scope, check_causes
 from gap.machines.servo_bench.simulator import servo_bench
 from gap.search.candidates import Candidate

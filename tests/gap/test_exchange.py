@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.diagnosis.as_json import diagnosis_json
-from gap.diagnosis.commissioning import commissioned_study
+from gap.diagnosis.answer.as_json import diagnosis_json
+from gap.diagnosis.comparison.commissioning import commissioned_study
+from gap.diagnosis.comparison.exchange import with_gap_fitted
+from gap.diagnosis.comparison.study import Exchange, Study, make_study
 from gap.diagnosis.diagnose import diagnose, diagnose_study
-from gap.diagnosis.exchange import with_gap_fitted
-from gap.diagnosis.study import Exchange, Study, make_study
 from gap.interfaces import Cause, Drive, Effect, Parameter, Scope
 from gap.residuals.hold_out import HoldOut
 from gap.search.fit import fit_causes

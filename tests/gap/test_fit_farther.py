@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from gap.diagnosis.study import Study
+from gap.diagnosis.comparison.study import Study
 from gap.interfaces import Cause, Drive
 from gap.residuals.evidence import Evidence
 from gap.residuals.parts import whole_parts

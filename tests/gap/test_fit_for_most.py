@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from gap.diagnosis.study import make_study
+from gap.diagnosis.comparison.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search import options

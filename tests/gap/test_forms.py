@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from gap.delegate import Without
-from gap.diagnosis.as_json import diagnosis_json
-from gap.diagnosis.commissioning import commissioned_study
+from gap.diagnosis.answer.as_json import diagnosis_json
+from gap.diagnosis.answer.findings import Diagnosis, Verdict
+from gap.diagnosis.comparison.commissioning import commissioned_study
 from gap.diagnosis.diagnose import diagnose, diagnose_study
-from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.interfaces import Cause
 from gap.search.candidates import candidates_of, families_of
 from model.effects.catalogue import CATALOGUE

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from gap.diagnosis.answer.findings import Verdict
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Verdict
 from record.trial.header import TrialHeader, TrialNoise
 from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, build_trial

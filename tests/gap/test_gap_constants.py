@@ -10,7 +10,7 @@ from benchmarks.gap.constants.changes import OF_LEGGED, OF_PROBABILITIES, half_a
 from benchmarks.gap.constants.figures import JudgedCase, counts, differences
 from benchmarks.gap.constants.saved_answers import again
 from gap.check.cases import CONTROL, OUTSIDE, SINGLE, CaseAnswer, CheckedCase, Named, Truth
-from gap.diagnosis.probability import Fit, blur_of, none_of_them, weight_of
+from gap.diagnosis.alternatives.probability import Fit, blur_of, none_of_them, weight_of
 from gap.search.cross_validation import Advantage
 from model.parameters.toml_table import parse_toml
 
@@ -64,7 +64,7 @@ from benchmarks.gap.constants.changes import Change, known
 print([name for name in known() if judged.users_of(name)])
 change = Change('TEMPERATURE', 7.0)
 judged.set_before_use(change)
-from gap.diagnosis import probability
+from gap.diagnosis.alternatives import probability
 judged.check_used(change)
 print(float(probability.TEMPERATURE))
 judged.set_before_use(Change('TEMPERATURE', 8.0))
@@ -85,7 +85,7 @@ def test_a_changed_constant_reaches_the_modules_that_are_imported_after_it(
 
 
 def test_a_constant_that_is_in_use_cannot_be_changed(printed: list[str]) -> None:
-    assert "TEMPERATURE is in use by gap.diagnosis.probability" in printed[2]
+    assert "TEMPERATURE is in use by gap.diagnosis.alternatives.probability" in printed[2]
 
 
 def judged(kind: str, verdict: str, *effects: str) -> JudgedCase:

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from gap.diagnosis.detection import detect, detectable
-from gap.diagnosis.gap_evidence import GapEvidence, compare
-from gap.diagnosis.study import make_study
+from gap.diagnosis.comparison.detection import detect, detectable
+from gap.diagnosis.comparison.gap_evidence import GapEvidence, compare
+from gap.diagnosis.comparison.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.chances import HeldOutChances, promised
 from gap.search.candidates import shares_of

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.diagnosis.gap_evidence import GapEvidence, compare
-from gap.diagnosis.study import make_study
+from gap.diagnosis.comparison.gap_evidence import GapEvidence, compare
+from gap.diagnosis.comparison.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.hold_out import HoldOut
 from gap.search.candidates import Candidate

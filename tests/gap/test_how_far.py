@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from gap.diagnosis.answer.verdict import named_causes
+from gap.diagnosis.comparison.gap_evidence import compare
+from gap.diagnosis.comparison.how_far import how_far
+from gap.diagnosis.comparison.study import make_study
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.drop_worse import drop_worse
-from gap.diagnosis.gap_evidence import compare
-from gap.diagnosis.how_far import how_far
-from gap.diagnosis.study import make_study
-from gap.diagnosis.verdict import named_causes
+from gap.diagnosis.held_out.drop_worse import drop_worse
 from gap.interfaces import Cause, Drive
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from gap.delegate import Without
-from gap.diagnosis.as_json import diagnosis_json
-from gap.diagnosis.commissioning import commissioned_study
+from gap.diagnosis.answer.as_json import diagnosis_json
+from gap.diagnosis.answer.findings import Diagnosis, Verdict
+from gap.diagnosis.comparison.commissioning import commissioned_study
 from gap.diagnosis.diagnose import diagnose_study
-from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.interfaces import Cause
 from gap.residuals.hunting import Hunting, hunting_of, without_hunting
 from gap.residuals.parts import whole_parts

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gap.diagnosis.commissioning import standing_of
-from gap.diagnosis.study import Study
+from gap.diagnosis.comparison.commissioning import standing_of
+from gap.diagnosis.comparison.study import Study
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.residuals.parts import whole_parts

@@ -11,10 +11,10 @@ import pytest
 
 from gap.constants import MOST_LEFT
 from gap.coverage.coverage import unwatched_stages
+from gap.diagnosis.alternatives.probability import Fit, left_of, none_of_them
+from gap.diagnosis.answer.findings import Diagnosis
+from gap.diagnosis.comparison.how_far import ChannelShrink, HowFar
 from gap.diagnosis.diagnose import _roughness, diagnose
-from gap.diagnosis.findings import Diagnosis
-from gap.diagnosis.how_far import ChannelShrink, HowFar
-from gap.diagnosis.probability import Fit, left_of, none_of_them
 from gap.interfaces import Cause, Channel, Effect
 from gap.residuals.left_there import HeldOutEnergies, left_at_joint, made_worse
 from gap.search.steps import Selection

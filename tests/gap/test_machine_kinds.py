@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gap.delegate import MachineOfEach
+from gap.diagnosis.answer.findings import Verdict
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Verdict
 from gap.interfaces import Cause, Drive
 from gap.machine_kinds import kind_named, kind_of_file, machine_kinds, simulator_of
 from gap.machines.servo_bench.simulator import servo_bench

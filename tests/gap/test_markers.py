@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from gap.delegate import Without
-from gap.diagnosis.commissioning import commissioned_study, standing_of
+from gap.diagnosis.answer.findings import Verdict
+from gap.diagnosis.comparison.commissioning import commissioned_study, standing_of
 from gap.diagnosis.diagnose import diagnose_study
-from gap.diagnosis.findings import Verdict
 from gap.interfaces import Cause, Drive, Simulator
 from record.trial.trial import Trial
 from tests.gap.predictions import COULOMB, Prediction

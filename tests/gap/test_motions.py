@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from gap.constants import MOTION_HARMONICS
+from gap.diagnosis.answer.findings import Verdict
+from gap.diagnosis.comparison.study import make_study
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Verdict
-from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Drive
 from gap.machines.servo_bench.simulator import servo_bench
 from gap.residuals.motions import motions_of

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gap.diagnosis.answer.findings import Verdict
+from gap.diagnosis.comparison.motor_current import current_words, mean_currents
+from gap.diagnosis.comparison.study import Study, make_study
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Verdict
-from gap.diagnosis.motor_current import current_words, mean_currents
-from gap.diagnosis.study import Study, make_study
 from gap.interfaces import Cause
 from record.trial.trial import Trial
 from tests.gap.toy import JOINTS, Toy, toy_case, toy_references

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gap.diagnosis.new_commands import new_commands, none_repeats
+from gap.diagnosis.comparison.new_commands import new_commands, none_repeats
 from gap.interfaces import Observation
 from gap.residuals.command_cycle import PHASES, CommandCycle, command_cycle_of
 from gap.residuals.parts import TrialPart, part_of

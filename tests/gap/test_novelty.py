@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.diagnosis.commissioning import commissioned_study, standing_of
+from gap.diagnosis.alternatives.probability import Fit, none_of_them
+from gap.diagnosis.answer.findings import Verdict
+from gap.diagnosis.comparison.commissioning import commissioned_study, standing_of
 from gap.diagnosis.diagnose import diagnose, diagnose_study
-from gap.diagnosis.findings import Verdict
-from gap.diagnosis.probability import Fit, none_of_them
 from gap.interfaces import Cause, Drive
 from gap.residuals.healthy import healthy_runs
 from gap.residuals.part_error import PartError

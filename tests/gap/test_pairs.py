@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gap.diagnosis.answer.findings import Verdict
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Verdict
 from gap.interfaces import Cause, Drive
 from gap.machines.servo_bench.simulator import servo_bench
 from record.trial.trial import Trial

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.diagnosis.findings import Verdict
+from gap.diagnosis.answer.findings import Verdict
 from gap.interfaces import Cause
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial

@@ -32,7 +32,7 @@ from gap.check.evidence_rows import cause_prior, cause_rows, none_prior, none_ro
 from gap.check.realities import figures_alone, figures_of_reality, worst_reality
 from gap.check.score import numbers_within
 from gap.detectable import Detectable
-from gap.diagnosis.probability import Fit, none_of_them
+from gap.diagnosis.alternatives.probability import Fit, none_of_them
 
 NAN = math.nan
 FRICTION = Truth("foot_friction", "friction", "FL", (("ratio", 0.5),))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import pytest
 
 import gap.search.replacement as replacement_module
-from gap.diagnosis.study import Study
+from gap.diagnosis.comparison.study import Study
 from gap.interfaces import Cause, Drive, Effect, Scope
 from gap.residuals.parts import whole_parts
 from gap.residuals.predictions import Predictor

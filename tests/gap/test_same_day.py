@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.diagnosis.detection import Detection
-from gap.diagnosis.findings import Diagnosis, Verdict
-from gap.diagnosis.study import make_study
+from gap.diagnosis.answer.findings import Diagnosis, Verdict
+from gap.diagnosis.comparison.detection import Detection
+from gap.diagnosis.comparison.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.energy_tests import RunEnergies
 from gap.residuals.parts import whole_parts

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-import gap.diagnosis.second_look as looking
+import gap.diagnosis.held_out.second_look as looking
 import gap.search.unlike as unlike
-from gap.diagnosis.gap_evidence import GapEvidence, compare
-from gap.diagnosis.second_look import second_look
-from gap.diagnosis.study import make_study
+from gap.diagnosis.comparison.gap_evidence import GapEvidence, compare
+from gap.diagnosis.comparison.study import make_study
+from gap.diagnosis.held_out.second_look import second_look
 from gap.interfaces import Cause, Effect, Scope
 from tests.gap.test_drop_worse import selected
 from tests.gap.toy import BUMP, EFFECTS, RISE, Toy, toy_case, toy_references

@@ -10,8 +10,8 @@ import gap.search.look as look_module
 import gap.search.options as options_module
 import gap.search.selection as selection_module
 from gap.constants import OPEN_LEVEL, VIBRATES_LEAST
-from gap.diagnosis.commissioning import standing_of
-from gap.diagnosis.study import Study
+from gap.diagnosis.comparison.commissioning import standing_of
+from gap.diagnosis.comparison.study import Study
 from gap.interfaces import Cause, Simulator, reach_of
 from gap.machines.servo_bench.catalogue import CATALOGUE as BENCH
 from gap.machines.sliding_body.catalogue import CATALOGUE as SLIDING

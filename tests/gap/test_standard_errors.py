@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from gap.constants import FORCES_DIFFER, MODELS_DIFFER
-from gap.diagnosis.study import Study, make_study
+from gap.diagnosis.comparison.study import Study, make_study
 from gap.interfaces import Cause, Drive
 from gap.residuals.parts import whole_parts
 from gap.residuals.predictions import Predictor

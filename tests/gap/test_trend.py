@@ -7,12 +7,19 @@ import pytest
 from scipy import stats
 
 from gap.constants import CHANGE_LEVEL, JOINTS_SHARE
-from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.answer.as_json import diagnosis_json
+from gap.diagnosis.answer.findings import Diagnosis, Verdict
+from gap.diagnosis.comparison.gap_evidence import compare
+from gap.diagnosis.comparison.study import make_study
+from gap.diagnosis.comparison.trend import (
+    UNKNOWN,
+    RunChange,
+    Trend,
+    change_in_runs,
+    difference,
+    none_with,
+)
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Diagnosis, Verdict
-from gap.diagnosis.gap_evidence import compare
-from gap.diagnosis.study import make_study
-from gap.diagnosis.trend import UNKNOWN, RunChange, Trend, change_in_runs, difference, none_with
 from gap.interfaces import Cause, Effect
 from model.effects.catalogue import CATALOGUE
 from record.trial.trial import Trial

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from gap.diagnosis.answer.findings import Verdict
+from gap.diagnosis.comparison.gap_evidence import compare
+from gap.diagnosis.comparison.study import make_study
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Verdict
-from gap.diagnosis.gap_evidence import compare
-from gap.diagnosis.study import make_study
 from gap.interfaces import Cause
 from gap.residuals.energy_tests import together
 from model.values.arrays import FloatArray

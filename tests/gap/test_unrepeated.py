@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.diagnosis.caveats import warnings_of
+from gap.diagnosis.answer.caveats import warnings_of
+from gap.diagnosis.answer.findings import Verdict
+from gap.diagnosis.comparison.study import make_study
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Verdict
-from gap.diagnosis.study import make_study
 from gap.residuals.parts import TrialPart, whole_parts
 from gap.residuals.unrepeated import PHASES, unrepeated
 from gap.search.fit import fit_causes

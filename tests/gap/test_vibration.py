@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from gap.constants import MEAN_DIFFERS, VIBRATION_CLEAR
-from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.answer.as_json import diagnosis_json
+from gap.diagnosis.answer.findings import Diagnosis, Verdict
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.interfaces import Cause, Channel, Observation
 from gap.residuals.parts import TrialPart
 from gap.residuals.vibration import ChannelVibration, vibration_of

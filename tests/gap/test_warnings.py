@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from gap.constants import ENERGY_LEVEL
-from gap.diagnosis.caveats import warnings_of
-from gap.diagnosis.detection import Detection
+from gap.diagnosis.answer.caveats import warnings_of
+from gap.diagnosis.answer.findings import Verdict
+from gap.diagnosis.answer.verdict import gap_exists, verdict_of
+from gap.diagnosis.comparison.detection import Detection
+from gap.diagnosis.comparison.study import make_study
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Verdict
-from gap.diagnosis.study import make_study
-from gap.diagnosis.verdict import gap_exists, verdict_of
 from gap.interfaces import Cause
 from gap.search.candidates import candidates_of
 from gap.search.cross_validation import unseen_score

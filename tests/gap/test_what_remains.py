@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gap.diagnosis.comparison.where import PhaseCell, Where, clearest_there
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.where import PhaseCell, Where, clearest_there
 from gap.interfaces import Cause
 from tests.gap.toy import Toy, toy_case, toy_references
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gap.diagnosis.study import make_study
-from gap.diagnosis.verdict import fitted_values
-from gap.diagnosis.where import FLIPS, cell_chances, where
+from gap.diagnosis.answer.verdict import fitted_values
+from gap.diagnosis.comparison.study import make_study
+from gap.diagnosis.comparison.where import FLIPS, cell_chances, where
 from gap.interfaces import Cause, Drive, Effect, Parameter, Scope
 from gap.residuals.phase_bins import PHASE_BINS
 from gap.search.candidates import on_bound

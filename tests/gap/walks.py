@@ -8,9 +8,9 @@ import numpy as np
 
 from gaits.catalog import make_gait
 from gap.delegate import Without
-from gap.diagnosis.commissioning import commissioned_study
+from gap.diagnosis.answer.findings import Diagnosis
+from gap.diagnosis.comparison.commissioning import commissioned_study
 from gap.diagnosis.diagnose import diagnose_study
-from gap.diagnosis.findings import Diagnosis
 from gap.effect_file import UserEffect
 from gap.interfaces import Cause, Drive
 from gap.machines.legged.chain import LeggedChain

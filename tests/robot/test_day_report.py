@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from gap.diagnosis.findings import Verdict
+from gap.diagnosis.answer.findings import Verdict
 from model.values.arrays import readonly
 from record.trial.trial import write_trial
 from robot.cli import main as cli

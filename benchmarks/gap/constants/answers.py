@@ -8,9 +8,9 @@ from benchmarks.gap.constants.figures import JudgedCase
 from benchmarks.gap.constants.servo_cases import servo_cases
 from benchmarks.gap.constants.toy_cases import toy_cases
 from gap.check.cases import CheckedCase, Truth
-from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.answer.as_json import diagnosis_json
+from gap.diagnosis.answer.findings import Diagnosis
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Diagnosis
 from robot.campaign.case import answer_of
 from robot.console.json_output import json_text
 

@@ -14,8 +14,14 @@ from typing import Any
 from benchmarks.gap.constants.figures import JudgedCase
 from gap.check.cases import NO_GAP, UNEXPLAINED, CaseAnswer, CheckedCase
 from gap.constants import MOSTLY, NONE_LIKELY
-from gap.diagnosis.probability import Fit, blur_of, none_if_nothing, none_of_them, weight_of
-from gap.diagnosis.trend import Trend, none_with
+from gap.diagnosis.alternatives.probability import (
+    Fit,
+    blur_of,
+    none_if_nothing,
+    none_of_them,
+    weight_of,
+)
+from gap.diagnosis.comparison.trend import Trend, none_with
 from gap.search.cross_validation import Advantage
 from robot.campaign.answers import files_of, read_labels
 from robot.campaign.case import read_answer
@@ -98,7 +104,7 @@ def _would_do(answer: CaseAnswer, found: Found) -> bool:
 
 
 def _probability(found: Found, effect: str, joints: list[str], none: float, fit: Fit) -> float:
-    """Probability of a named cause, as ``gap.diagnosis.probability.chances`` gives it."""
+    """Probability of a named cause, as ``gap.diagnosis.alternatives.probability.chances`` gives it."""
     cause = next(one for one in found["causes"] if [one["effect"], one["legs"]] == [effect, joints])
     before, gained, p = (float(cause.get(name, 0.0)) for name in ("probability", "nats", "p"))
     clear = float(cause.get("clear", 1.0))

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gap.diagnosis.commissioning import commissioned_study
-from gap.diagnosis.how_far import how_far
+from gap.diagnosis.comparison.commissioning import commissioned_study
+from gap.diagnosis.comparison.how_far import how_far
 from gap.effect_file import read_effects
 from gap.interfaces import Cause
 from gap.residuals.hold_out import HoldOut

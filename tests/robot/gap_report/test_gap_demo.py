@@ -10,8 +10,9 @@ from typing import Any, cast
 
 import pytest
 
-from gap.diagnosis.findings import Diagnosis, NamedCause, Value, Verdict
-from gap.diagnosis.trend import UNKNOWN
+from gap.diagnosis.answer.findings import Diagnosis, Verdict
+from gap.diagnosis.answer.named_cause import NamedCause, Value
+from gap.diagnosis.comparison.trend import UNKNOWN
 from robot.cli import main as cli
 from robot.console.arguments import parsed
 from robot.gap_report.demo import compared, demo_runs, run_words

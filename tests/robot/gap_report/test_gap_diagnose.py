@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from gap.diagnosis.findings import TrialFaults
+from gap.diagnosis.answer.findings import TrialFaults
 from gap.interfaces import DataFault
 from model.errors import ConfigError
 from model.motion.filters import play

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from gap.detectable import Detectable
-from gap.diagnosis.ambiguity import OpenRival
-from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.alternatives.ambiguity import OpenRival
+from gap.diagnosis.alternatives.probability import RivalCause
+from gap.diagnosis.answer.as_json import diagnosis_json
+from gap.diagnosis.answer.findings import Diagnosis, TrialFaults, Verdict
+from gap.diagnosis.answer.verdict import verdict_of
+from gap.diagnosis.comparison.joint_ranking import JointGap
+from gap.diagnosis.comparison.trend import RunChange
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Diagnosis, TrialFaults, Verdict
-from gap.diagnosis.joint_ranking import JointGap
-from gap.diagnosis.probability import RivalCause
-from gap.diagnosis.trend import RunChange
-from gap.diagnosis.verdict import verdict_of
 from gap.experiments.next_run import NextRun
 from gap.interfaces import DataFault
 from gap.machines.servo_bench.simulator import servo_bench

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from gap.diagnosis.study import Study, make_study
+from gap.diagnosis.comparison.study import Study, make_study
 from gap.interfaces import Cause
 from record.trial.header import LEGGED, MJCF
 from robot.gap_report import kept_baseline

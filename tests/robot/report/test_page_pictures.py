@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from gap.diagnosis.how_far import sets_of
+from gap.diagnosis.comparison.how_far import sets_of
 from record.log.blocks.read import read_log
 from record.log.recording import Recording
 from robot.report.moving import moving_json

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gap.constants import HELD_OUT_MOST
-from gap.diagnosis.gap_evidence import GapEvidence
+from gap.diagnosis.comparison.gap_evidence import GapEvidence
 from gap.interfaces import Cause, Drive
 from gap.residuals.evidence import Evidence
 from gap.search.cross_validation import Advantage, advantage

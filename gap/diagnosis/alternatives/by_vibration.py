@@ -8,7 +8,7 @@ decides, and what two predictions differ by counts as it does in probabilities.
 from collections.abc import Collection
 from dataclasses import replace
 
-from gap.diagnosis.probability import behind_of, blur_of, vibration_nats_of, weight_of
+from gap.diagnosis.alternatives.probability import behind_of, blur_of, vibration_nats_of, weight_of
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import families_of
 from gap.search.options import Option, nats_beyond

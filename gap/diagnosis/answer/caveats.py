@@ -5,13 +5,13 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from gap.constants import FALSE_ALARMS
-from gap.diagnosis.detection import Detection
-from gap.diagnosis.findings import NamedCause
-from gap.diagnosis.how_far import HowFar
-from gap.diagnosis.motor_current import current_words
-from gap.diagnosis.new_commands import none_repeats
-from gap.diagnosis.probability import HALF
-from gap.diagnosis.study import Study
+from gap.diagnosis.alternatives.probability import HALF
+from gap.diagnosis.answer.named_cause import NamedCause
+from gap.diagnosis.comparison.detection import Detection
+from gap.diagnosis.comparison.how_far import HowFar
+from gap.diagnosis.comparison.motor_current import current_words
+from gap.diagnosis.comparison.new_commands import none_repeats
+from gap.diagnosis.comparison.study import Study
 from gap.interfaces import place_words
 from gap.residuals.floor import ENOUGH_REFERENCES
 from gap.residuals.same_day import SILENT_TRIALS, days_of

@@ -3,7 +3,8 @@
 from dataclasses import asdict
 from typing import Any
 
-from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict
+from gap.diagnosis.answer.findings import Diagnosis, Verdict
+from gap.diagnosis.answer.named_cause import NamedCause
 from gap.residuals.vibration import ChannelVibration
 
 

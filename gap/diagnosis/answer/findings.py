@@ -1,28 +1,27 @@
 """What a diagnosis finds, as values, and its verdict in one sentence."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
 from gap.constants import FALSE_ALARMS, NONE_LIKELY
 from gap.detectable import Detectable
-from gap.diagnosis.ambiguity import OpenRival
-from gap.diagnosis.baselines import Baseline
-from gap.diagnosis.detection import Detection
-from gap.diagnosis.how_far import HowFar
-from gap.diagnosis.new_commands import NewCommands
-from gap.diagnosis.probability import Fit, RivalCause
-from gap.diagnosis.trend import RunChange, Trend
-from gap.diagnosis.where import Where
+from gap.diagnosis.alternatives.ambiguity import OpenRival
+from gap.diagnosis.alternatives.probability import Fit, RivalCause
+from gap.diagnosis.answer.named_cause import NamedCause, names_of
+from gap.diagnosis.comparison.baselines import Baseline
+from gap.diagnosis.comparison.detection import Detection
+from gap.diagnosis.comparison.how_far import HowFar
+from gap.diagnosis.comparison.new_commands import NewCommands
+from gap.diagnosis.comparison.trend import RunChange
+from gap.diagnosis.comparison.where import Where
 from gap.experiments.next_run import NextRun
 from gap.interfaces import Cause, DataFault, place_words
 from gap.residuals.hunting import Hunting
-from gap.residuals.vibration import ChannelVibration
-from gap.rounding import percent_words, value_words
+from gap.rounding import percent_words
 
-JOINTS_SHOWN = 3  # of a cause at every joint, in a sentence
 DATA_FIRST = "Fix the data first"
 NO_BETTER = "does not improve the prediction of held-out runs"
 
@@ -41,108 +40,9 @@ class Verdict(Enum):
         return self.value.upper().replace("_", " ")
 
 
-@dataclass(frozen=True, slots=True)
-class Value:
-    """One fitted number with its standard error.
-
-    On its bound the effect is not of this form; at ``neutral`` nothing happens.
-    """
-
-    name: str
-    unit: str
-    value: float
-    error: float
-    neutral: float
-    on_bound: bool
-
-
-@dataclass(frozen=True, slots=True)
-class NamedCause:
-    """A cause that was found.
-
-    Attributes:
-        effect: Its name; of all its forms the same.
-        joints: Where; empty for the whole machine.
-        form: Name in the catalogue: ``effect``, or the one of its forms that fits best.
-        nats: How much better held-out blocks are predicted with it.
-        shrink: Its part of what the causes close together on held-out trials; NaN if not measured.
-        alone: What it closes by itself.
-        last: What it adds to the others.
-        remedy: What to check or change.
-        trend: How its size changes in the course of a run.
-        clear: Probability that its size is not one of nothing, as far as it is from neutral; of one that
-            surely vibrates, that its vibration is not one of nothing.
-        vibration: What vibrates, if that tells it from another effect; None otherwise.
-        p: Its chance in a healthy machine, among all causes that were tried; 0 without references.
-    """
-
-    effect: str
-    joints: tuple[str, ...]
-    stage: str
-    values: tuple[Value, ...]
-    probability: float
-    nats: float
-    nats_error: float
-    shrink: float
-    alone: float
-    last: float
-    physics: str
-    remedy: str
-    form: str
-    trend: Trend
-    clear: float
-    vibration: ChannelVibration | None = None
-    p: float = 0.0
-
-    @property
-    def form_words(self) -> str:
-        """Say which form it is of, if not the one that it is named after."""
-        return self.form.removeprefix(self.effect).replace("_", " ").strip()
-
-    @property
-    def cause(self) -> Cause:
-        """Return it as a simulator takes it."""
-        return Cause(self.form, self.joints, tuple(one.value for one in self.values))
-
-    @property
-    def words(self) -> str:
-        """Name the cause with its place and size; of all joints at once, with the largest sizes."""
-        sizes = _sizes(self.values)
-        if each := self.by_joint:
-            shown = list(each.items())[:JOINTS_SHOWN]
-            sizes = "; ".join(f"{joint}: {_sizes(own)}" for joint, own in shown)
-            if more := len(each) - len(shown):
-                sizes += f"; and {more} more joint{'s' if more > 1 else ''}"
-        sizes = ", ".join(filter(None, (self.form_words, sizes)))
-        return place_words(self.effect, self.joints) + (f" ({sizes})" if sizes else "")
-
-    @property
-    def by_joint(self) -> dict[str, tuple[Value, ...]]:
-        """Values of a cause of all joints at once, the joint with the largest first; else none."""
-        each: dict[str, list[Value]] = {}
-        for value in self.values:
-            name, at, joint = value.name.partition("@")
-            if at:
-                each.setdefault(joint, []).append(replace(value, name=name))
-        order = sorted(each, key=lambda joint: -abs(each[joint][0].value - each[joint][0].neutral))
-        return {joint: tuple(each[joint]) for joint in order}
-
-
-def _names(causes: Sequence[NamedCause]) -> str:
-    *most, last = [one.words for one in causes] or [""]
-    return f"{', '.join(most)} and {last}" if most else last
-
-
 def improves(share: float) -> bool:
     """Whether a share of the gap is one that can be named: it is known, and not 0 % or less."""
     return share >= 0.005
-
-
-def _sizes(values: Sequence[Value]) -> str:
-    return ", ".join(
-        f"{v.name} {value_words(v.value, v.error)}" + (" (on its bound)" if v.on_bound else "")
-        for v in values
-    )
 
 
 def change_words(one: RunChange) -> str:
@@ -272,7 +172,7 @@ class Diagnosis:
             f"{explains} {share} of it" if improves(self.fit.closed) else f"{explains} none of it"
         )
         return (
-            f"There is a gap{place} that the catalogue does not explain; {_names(self.causes)} {comes} "
+            f"There is a gap{place} that the catalogue does not explain; {names_of(self.causes)} {comes} "
             f"closest and {much} in the fitted runs{self._worse_held_out}.{self._new_ground}"
         )
 
@@ -301,7 +201,7 @@ class Diagnosis:
 
     def _lacks(self, listed: Sequence[NamedCause]) -> str:
         """What the simulator lacks, and how much of the gap is explained with it."""
-        names = _names(listed)
+        names = names_of(listed)
         if self.severe_channels:
             lacks = f"{names} {'fits' if len(listed) == 1 else 'fit'} best"
         else:
@@ -356,7 +256,7 @@ class Diagnosis:
         """What an ``explained`` has besides, that explains next to nothing and may be something else."""
         if not self.in_doubt:
             return ""
-        share, names = sum(one.shrink for one in self.in_doubt), _names(self.in_doubt)
+        share, names = sum(one.shrink for one in self.in_doubt), names_of(self.in_doubt)
         one = len(self.in_doubt) == 1
         cannot = f"these runs cannot distinguish {self._open_words}."
         if improves(share):

@@ -11,38 +11,18 @@ to predict held-out runs, each stage fed with what was measured.
 """
 
 from collections.abc import Callable, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from gap.constants import (
-    FALSE_ALARMS,
-    HELD_OUT_MOST,
-    LAW_GAIN,
-    LEAST_SIZE,
-    MAY_REACH,
-    NOT_BUILT,
-    NOT_BUILT_HELD,
-    NOT_BUILT_SHARE,
-    PLACE_SHARE,
-    REST_SHARE,
-    SIZEABLE,
-)
-from gap.diagnosis.gap_evidence import GapEvidence
-from gap.diagnosis.held_stage import agrees, share_of_stage
+from gap.constants import FALSE_ALARMS, LAW_GAIN, LEAST_SIZE, PLACE_SHARE, REST_SHARE
+from gap.diagnosis.comparison.gap_evidence import GapEvidence
+from gap.diagnosis.held_out.demand import AGAIN, BEYOND_BUILT, LARGE, MOST, Demand, may_meet, meets
+from gap.diagnosis.held_out.held_stage import agrees
 from gap.interfaces import Drive
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, Family, families_of, size_of
 from gap.search.contained import containing
-from gap.search.fit import Fitted
 from gap.search.look import Look, rank
-from gap.search.options import (
-    Option,
-    Walked,
-    as_they_act,
-    ends_on_bound,
-    fit_option,
-    share_of,
-    worth,
-)
+from gap.search.options import Option, as_they_act, fit_option, share_of, worth
 from gap.search.replacement import left_out
 from gap.search.screen import Gain, Signatures, gains, make_signatures
 from gap.search.steps import Search, Selection, Step
@@ -54,27 +34,6 @@ FITTED_BY_SHARE = 4  # candidates that may meet a demand, at each step
 WALKED = 60  # candidates at single joints that are predicted at a few sizes, at each step
 SMALLER = (1.0, 0.75, 0.5, 0.25)  # of its size, if it acted everywhere
 AS_A_LAW = Search(least_gain=LAW_GAIN, least_size=LEAST_SIZE, walk=True)
-
-
-@dataclass(frozen=True, slots=True)
-class Demand:
-    """What a cause must be that gains little of the whole.
-
-    Attributes:
-        size: In spreads.
-        share: Of the score that it closes in the channels in which it acts.
-        held: The same in held-out runs, each stage fed what was measured.
-    """
-
-    size: float
-    share: float
-    held: float
-
-
-LARGE = Demand(SIZEABLE, REST_SHARE, HELD_OUT_MOST)
-AGAIN = Demand(SIZEABLE, REST_SHARE, REST_SHARE)  # of one that was dropped before
-MOST = Demand(LEAST_SIZE, HELD_OUT_MOST, HELD_OUT_MOST)
-BEYOND_BUILT = Demand(NOT_BUILT, NOT_BUILT_SHARE, NOT_BUILT_HELD)
 
 
 def second_look(
@@ -117,7 +76,7 @@ def second_look(
         if (
             law is not None
             and option.added.family in dropped
-            and not _meets(comparison, option, standing, AGAIN)
+            and not meets(comparison, option, standing, AGAIN)
         ):
             hidden.add(len(steps) - 1)
         if len(steps) - len(hidden) == len(first.steps) + MOST_MORE:
@@ -336,7 +295,7 @@ def _by_share(
     walked = as_they_act(comparison.evidence, standing, some)
     may: dict[object, tuple[Candidate, tuple[float, ...]]] = {}
     for demand in demands:
-        near = [one for one in walked if _may_meet(one, demand)]
+        near = [one for one in walked if may_meet(one, demand)]
         near.sort(key=lambda one: (-one.share, one.gain.signature.candidate.key))
         for one in near[:FITTED_BY_SHARE]:
             candidate = one.gain.signature.candidate
@@ -346,25 +305,8 @@ def _by_share(
     return _first(
         comparison,
         options,
-        lambda one: any(_meets(comparison, one, standing, demand) for demand in demands),
+        lambda one: any(meets(comparison, one, standing, demand) for demand in demands),
     )
-
-
-def _may_meet(one: Walked, demand: Demand) -> bool:
-    """Whether a candidate may meet a demand when it is fitted."""
-    candidate = one.gain.signature.candidate
-    size = size_of(candidate.cause(one.gain.values), candidate.effect)
-    return one.share >= MAY_REACH * demand.share and size >= MAY_REACH * demand.size
-
-
-def _meets(comparison: GapEvidence, option: Option, standing: Fitted, demand: Demand) -> bool:
-    """Whether an option adds what is so large, and explains its part of fitted and of held-out runs."""
-    if size_of(option.cause, option.added.effect) < demand.size or ends_on_bound(option):
-        return False
-    if share_of(comparison.evidence, option, standing, 0.0) < demand.share:
-        return False
-    causes = option.fitted.causes
-    return share_of_stage(comparison, causes, len(causes) - 1) >= demand.held
 
 
 def _agrees(comparison: GapEvidence, option: Option) -> bool:

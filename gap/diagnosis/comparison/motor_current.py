@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gap.diagnosis.study import Study
+from gap.diagnosis.comparison.study import Study
 from gap.residuals.floor import ENOUGH_REFERENCES
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial

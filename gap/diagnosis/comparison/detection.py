@@ -2,8 +2,8 @@
 
 Three tests: the best candidate's size (``gap.search.healthy_search``); the energies of the trials against
 those of references, whatever the candidates; where no cause is new, what changes in the course of the runs
-(``gap.diagnosis.trend``). Each reference held out shows what the chances of the first two are worth
-(``gap.residuals.chances``). Candidates have most of the level, because healthy machines hardly ever
+(``gap.diagnosis.comparison.trend``). Each reference held out shows what the chances of the first two are
+worth (``gap.residuals.chances``). Candidates have most of the level, because healthy machines hardly ever
 reach that of energies.
 """
 

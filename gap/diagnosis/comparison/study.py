@@ -1,7 +1,8 @@
 """Trials and references on a simulator's channels: what is fitted, what judges, and what is expected.
 
-Assembled once, and completed by ``gap.diagnosis.commissioning``, which everything that measures a gap uses.
-A drive's baseline (noise, repeatability, the references' misfit) is measured when it is first asked for.
+Assembled once, and completed by ``gap.diagnosis.comparison.commissioning``, which everything that measures
+a gap uses. A drive's baseline (noise, repeatability, the references' misfit) is measured when it is first
+asked for.
 """
 
 from collections.abc import Callable, Sequence

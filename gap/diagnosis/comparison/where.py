@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.diagnosis.joint_ranking import JointGap, rank_joints
+from gap.diagnosis.comparison.joint_ranking import JointGap, rank_joints
 from gap.residuals.evidence import Evidence, mean_energy
 from gap.residuals.phase_bins import PHASE_BINS, phase_bins
 from model.values.arrays import FloatArray, IntArray

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from gap.diagnosis.baselines import Baseline, baselines
-from gap.diagnosis.study import Study
+from gap.diagnosis.comparison.baselines import Baseline, baselines
+from gap.diagnosis.comparison.study import Study
 from gap.interfaces import Drive
 from gap.residuals.at_once import meanwhile
 from gap.residuals.evidence import Evidence

@@ -7,7 +7,7 @@ runs only, a servo at the limit of its speed in the fastest one, that may hold o
 import numpy as np
 
 from gap.constants import EXCHANGED_FROM
-from gap.diagnosis.study import Exchange, Study
+from gap.diagnosis.comparison.study import Exchange, Study
 from gap.residuals.evidence import Evidence
 from model.values.arrays import FloatArray
 

@@ -1,7 +1,7 @@
 """Causes against held-out runs: one that makes them worse is not named.
 
 They are judged end to end, from commands alone. A cause with which held-out runs are clearly predicted
-better where each stage is fed what was measured stays all the same (``gap.diagnosis.held_stage``).
+better where each stage is fed what was measured stays all the same (``gap.diagnosis.held_out.held_stage``).
 """
 
 import math
@@ -18,10 +18,10 @@ from gap.constants import (
     LEAST_SIZE,
     SIZEABLE,
 )
-from gap.diagnosis.gap_evidence import GapEvidence
-from gap.diagnosis.held_stage import agrees, helps_its_stage, share_of_stage
-from gap.diagnosis.how_far import HowFar, how_far
-from gap.diagnosis.probability import HALF, clear_of_nothing
+from gap.diagnosis.alternatives.probability import HALF, clear_of_nothing
+from gap.diagnosis.comparison.gap_evidence import GapEvidence
+from gap.diagnosis.comparison.how_far import HowFar, how_far
+from gap.diagnosis.held_out.held_stage import agrees, helps_its_stage, share_of_stage
 from gap.residuals.energies import chance_of_energies
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Family, families_of, size_of

@@ -32,7 +32,7 @@ from gap.constants import (
     SURELY_ODD,
     TEMPERATURE,
 )
-from gap.diagnosis.how_far import HowFar
+from gap.diagnosis.comparison.how_far import HowFar
 from gap.interfaces import Cause, Channel, Effect
 from gap.residuals.left_there import HeldOutEnergies, left_at_joint, made_worse
 from gap.search.cross_validation import Advantage, advantage

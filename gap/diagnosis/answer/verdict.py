@@ -11,11 +11,12 @@ from gap.constants import (
     MOST_PART,
     NONE_LIKELY,
 )
-from gap.diagnosis.ambiguity import OpenRival
-from gap.diagnosis.detection import Detection
-from gap.diagnosis.findings import NamedCause, Value, Verdict
-from gap.diagnosis.how_far import HowFar
-from gap.diagnosis.trend import Trend
+from gap.diagnosis.alternatives.ambiguity import OpenRival
+from gap.diagnosis.answer.findings import Verdict
+from gap.diagnosis.answer.named_cause import NamedCause, Value
+from gap.diagnosis.comparison.detection import Detection
+from gap.diagnosis.comparison.how_far import HowFar
+from gap.diagnosis.comparison.trend import Trend
 from gap.interfaces import Cause, Effect
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import on_bound

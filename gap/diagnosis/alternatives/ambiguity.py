@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from gap.constants import CLEAR_ERRORS, HIDDEN_SHARE, STILL_LIKELY, VIBRATION_CLEAR
-from gap.diagnosis.probability import RivalCause
+from gap.diagnosis.alternatives.probability import RivalCause
 from gap.residuals.evidence import Evidence
 from gap.rounding import value_words
 from gap.search.fit import ENOUGH_SEPARATION, Fitted, energy_left
@@ -85,7 +85,7 @@ def open_rivals(
 ) -> tuple[OpenRival, ...]:
     """Return every alternative that these runs leave open, nearest first.
 
-    The alternatives are those of each step, as ``gap.diagnosis.probability.chances`` has them;
+    The alternatives are those of each step, as ``gap.diagnosis.alternatives.probability.chances`` has them;
     ``left_nats`` is what the causes leave beyond what a healthy machine does.
     """
     alternatives: list[OpenRival] = []

@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from gap.constants import LAW_GAIN, LAW_SHARE, SENSOR_GAIN
-from gap.diagnosis.exchange import with_gap_fitted
-from gap.diagnosis.study import Study, make_study
+from gap.diagnosis.comparison.exchange import with_gap_fitted
+from gap.diagnosis.comparison.study import Study, make_study
 from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.hold_out import HoldOut
 from gap.residuals.parts import TrialPart, whole_parts
