@@ -46,7 +46,8 @@ def command_cycle_of(trial: Trial, observation: Observation) -> CommandCycle | N
     )
     at_s = np.interp(number / PHASES, cycle, time_s)
     angles = np.unwrap(trial.command_rad[:, known], axis=0)
-    turned = np.exp(1j * np.stack([np.interp(at_s, trial.time_s, one) for one in angles.T], axis=1))
+    since_s = trial.time_s - trial.time_s[0]  # as those of an observation
+    turned = np.exp(1j * np.stack([np.interp(at_s, since_s, one) for one in angles.T], axis=1))
     phasors = np.full((PHASES, trial.command_rad.shape[1]), np.nan + 0j)
     for k in range(PHASES):
         at = number % PHASES == k

@@ -14,6 +14,7 @@ from gap.residuals.parts import TrialPart, part_of
 from record.trial.header import SERVO_BENCH, TrialHeader, TrialNoise
 from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, build_trial
+from tests.gap.walks import simulator, walk
 
 HZ, RATE_HZ = 0.2, 100.0
 NOISE = TrialNoise(float("nan"))
@@ -60,6 +61,18 @@ def test_the_distance_is_the_root_mean_square_over_the_cycle() -> None:
     # 0.05 sin has a root mean square of 0.05 / sqrt(2); a chord is a hair shorter than its arc
     assert cycle_of(0.05).distance_rad(cycle_of(0.0)) == pytest.approx(0.05 / np.sqrt(2), rel=1e-3)
     assert cycle_of(0.0).distance_rad(cycle_of(0.0)) == 0.0
+
+
+@pytest.mark.parametrize("gait", ["tripod", "metachronal"])
+def test_legged_runs_are_commanded_alike_wherever_in_the_gait_they_begin(gait: str) -> None:
+    parts = []
+    for index, begin in enumerate((0, 130, 211, 470)):
+        whole = walk(gait, seconds=20.0)
+        trial = whole.rows(np.arange(len(whole.time_s)) >= begin)
+        observation = simulator().observe(trial)
+        parts.append(part_of(index, trial, observation, 0, len(observation.time_s)))
+    assert not none_repeats(parts[:2])
+    assert new_commands(parts[2:], parts[:2]) is None
 
 
 def test_a_turn_is_new_where_all_references_walked_straight() -> None:

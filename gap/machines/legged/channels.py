@@ -13,8 +13,8 @@ from gap.constants import (
     SWITCH_S,
     SWITCH_WEIGHT,
 )
+from gap.data.gait_phase import gait_cycle
 from gap.interfaces import NOWHERE, Channel, Observation
-from gap.machines.legged.gait_phase import gait_cycle
 from gap.machines.legged.grip import Windows, grip_of, weight_of_frames
 from gap.machines.legged.inputs import LeggedInputs
 from gap.machines.legged.mean_motion import MEANS, mean_noise, means_of

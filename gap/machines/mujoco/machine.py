@@ -12,6 +12,7 @@ import numpy as np
 
 from gap.constants import SETTLE_S
 from gap.data.check import check_trial
+from gap.data.gait_phase import swing_cycle
 from gap.delegate import ManyRequest
 from gap.interfaces import (
     Cause,
@@ -124,7 +125,8 @@ class MjcfMachine:
             GapError: It is too short, another machine's, or in other units.
         """
         frames = self._frames(trial)
-        values = {SHAFT: frames.shaft_rad - self._command(frames), SPEED: frames.shaft_rad_s,
+        command = self._command(frames)
+        values = {SHAFT: frames.shaft_rad - command, SPEED: frames.shaft_rad_s,
                   TORQUE_AT: self._felt(frames.torque_nm, frames),
                   CURRENT_AT: self._felt(frames.current_a, frames), DUTY: frames.pwm}  # fmt: skip
         weight = np.ones((frames.count, len(self.channels)))
@@ -148,7 +150,9 @@ class MjcfMachine:
         shape = (frames.count, len(self.joints))
         return Observation(
             time_s=readonly(frames.time_s.copy()),
-            cycle=readonly(frames.time_s * trial.header.frequency_hz),
+            cycle=readonly(
+                swing_cycle(frames.time_s, command, frames.shaft_rad, trial.header.frequency_hz)
+            ),
             values=readonly(np.hstack([values[kind] for kind in self._kinds])),
             noise=readonly(np.hstack([np.broadcast_to(noise[k], shape) for k in self._kinds])),
             weight=readonly(weight),

@@ -12,6 +12,7 @@ import numpy as np
 from gap.constants import SETTLE_S
 from gap.data.check import check_trial
 from gap.data.even_grid import EvenTrial, even_trial
+from gap.data.gait_phase import swing_cycle
 from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation, check_causes
 from gap.machine_kinds import MachineKind
 from gap.machines.servo_bench import kernel as k
@@ -102,6 +103,7 @@ class ServoBench:
         )
         shaft = trial.header.noise.shaft_rad
         shaft = shaft if np.isfinite(shaft) and shaft > 0 else ASSUMED_SHAFT_RAD
+        hz = trial.header.frequency_hz
         noise = np.concatenate([
             np.full(len(self.joints), shaft),
             np.full(len(motors), ASSUMED_DUTY),
@@ -115,7 +117,7 @@ class ServoBench:
                 weight[np.abs(even.torque_nm[:, at]) <= joint.numbers.coulomb_nm, at] = 0.0
         return Observation(
             time_s=readonly(even.time_s.copy()),
-            cycle=readonly(even.time_s * trial.header.frequency_hz),
+            cycle=readonly(swing_cycle(even.time_s, even.command_rad, even.shaft_rad, hz)),
             values=readonly(values),
             noise=readonly(np.broadcast_to(noise, values.shape).copy()),
             weight=readonly(weight),
