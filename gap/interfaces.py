@@ -69,7 +69,8 @@ class Observation:
 
     Attributes:
         time_s: Seconds from the start of the trial, (F,).
-        cycle: Cycles of the gait (or excitation) since the start, continuous, (F,); NaN if none.
+        cycle: Cycles of the gait (or excitation), continuous, (F,); NaN if none. Equal parts of a cycle are
+            equal phases, wherever in it a run begins.
         values: (F, C) in the order of ``Simulator.channels``; NaN where nothing was measured.
         noise: Standard deviation of a value from the sensors alone, after every filter, (F, C).
         weight: 0 to 1, (F, C): less where the simulator cannot be held to it (a contact switch).

@@ -7,6 +7,7 @@ from functools import partial
 
 from gap.constants import (
     FIRST_NATS,
+    GAIN_SHARE,
     HIDDEN_SHARE,
     NEAR_BEST,
     OPEN_LEVEL,
@@ -324,5 +325,10 @@ def _both(one: float, other: float) -> float:
 
 
 def rank(option: Option) -> tuple[float, object]:
-    """Order of options: a parameter more must be worth a nat, or a patch below all feet is a level."""
-    return len(option.added.effect.parameters) - option.over.nats, option.added.key
+    """Order of options: a parameter more must be worth a nat, and a place a share of what there is.
+
+    Else a patch below all feet is better than a level by the little that a law is off where feet come down.
+    """
+    parameters, nats = option.added.effect.parameters, option.over.nats
+    places = sum(one.located for one in parameters)
+    return len(parameters) + places * GAIN_SHARE * max(nats, 0.0) - nats, option.added.key

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+import gap.diagnosis.held_out.demand as demand
 import gap.diagnosis.held_out.second_look as looking
 import gap.search.unlike as unlike
 from gap.diagnosis.comparison.gap_evidence import GapEvidence, compare
@@ -62,7 +63,7 @@ def test_what_held_out_runs_spoke_against_is_named_again_only_as_a_large_part(
     held_out: float, named: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Runs from end to end spoke against it; each stage by itself may speak for it."""
-    monkeypatch.setattr(looking, "share_of_stage", lambda *_: held_out)
+    monkeypatch.setattr(demand, "share_of_stage", lambda *_: held_out)
     comparison = compared([LAG, Cause("tether", (), (0.3,))])
     more = second_look(comparison, selected(comparison, [LAG]), {("tether", ())})
     assert ("tether" in {one.effect for one in more.fitted.causes}) == named
@@ -83,7 +84,7 @@ def test_what_gains_little_of_the_whole_is_added_if_it_explains_most_of_its_chan
     Of one that is larger than machines are built with, they need to show a part (0.3 is three spreads).
     """
     monkeypatch.setattr(looking, "_as_a_law", lambda *_: None)
-    monkeypatch.setattr(looking, "share_of_stage", lambda *_: held_out)
+    monkeypatch.setattr(demand, "share_of_stage", lambda *_: held_out)
     more = [("tether", ())] if named else []
     assert added(compared([LAG, Cause("tether", (), (pull,))]), [LAG]) == more
 
@@ -106,7 +107,7 @@ def test_what_explains_most_of_a_joint_is_added_where_it_is_not_unlike_the_other
     A ratio of 0.4 is six spreads off, and more than machines are built with.
     """
     monkeypatch.setattr(looking, "_as_a_law", lambda *_: None)
-    monkeypatch.setattr(looking, "share_of_stage", lambda *_: held_out)
+    monkeypatch.setattr(demand, "share_of_stage", lambda *_: held_out)
     more = [("stiffness", ("c",))] if named else []
     assert added(compared([LAG, Cause("stiffness", ("c",), (ratio,))]), [LAG]) == more
 
@@ -127,7 +128,7 @@ def test_what_most_of_a_joint_shows_and_all_joints_show_is_one_cause_of_them_all
 
 
 def test_what_it_hides_is_still_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(looking, "_meets", lambda *_: False)
+    monkeypatch.setattr(looking, "meets", lambda *_: False)
     law, tether = Cause("square_law", (), ()), Cause("tether", (), (0.5,))
     comparison = compared([LAG, tether, law])
     named = selected(comparison, [LAG])

@@ -32,7 +32,7 @@ def propose_motions(trials: Sequence[Trial]) -> Sequence[Proposal]:
     )
     proposals = []
     for name, trial in _motions(trials):
-        minutes = MINUTES + float(trial.time_s[-1]) / 60
+        minutes = MINUTES + float(np.ptp(trial.time_s)) / 60
         proposals.append(Proposal(name, trial, minutes, "", unseen=missing))
         proposals += [
             Proposal(
