@@ -15,7 +15,12 @@ CLEAR_SWING = 0.3  # share of the largest swing from which on a joint's is one t
 
 
 def gait_cycle(
-    time_s: FloatArray, command_rad: FloatArray, shaft_rad: FloatArray, frequency_hz: float
+    time_s: FloatArray,
+    command_rad: FloatArray,
+    shaft_rad: FloatArray,
+    frequency_hz: float,
+    *,
+    cranks: bool = True,
 ) -> FloatArray:
     """Return cycles of the gait, (W,): from the commands, else from the shafts; NaN if not known.
 
@@ -29,37 +34,31 @@ def gait_cycle(
         command_rad: Of J joints, (W, J); NaN where there is none.
         shaft_rad: Measured, (W, J).
         frequency_hz: Of the gait; NaN if it is not known.
+        cranks: Whether shafts that turn may be those. A wheel of another machine turns as it likes.
     """
-    since_s = time_s - time_s[0]
-    evenly: FloatArray = frequency_hz * since_s
-    turning = np.fmin(1.0, TURNING * evenly[-1])  # cycles that shafts turn which turn with the gait
+    evenly: FloatArray = frequency_hz * (time_s - time_s[0])
     for angles in (command_rad, shaft_rad):
         known = np.isfinite(angles).all(axis=0)
         if not known.any():
             continue
-        moved = angles[:, known] - angles[0, known]
-        directions = np.sign(moved[-1])  # of a robot that turns on the spot, shafts turn both ways
-        directions *= 1.0 if directions.sum() >= 0.0 else -1.0
-        turned: FloatArray = (moved * directions).mean(axis=1) / (2 * np.pi)
-        if abs(turned[-1]) >= turning:
-            first = int(np.argmax(np.abs(moved[-1]) >= 2 * np.pi * TURNING * abs(turned[-1])))
-            own = angles[:, known][:, first] * directions[first] / (2 * np.pi)
-            return turned + _from_its_zero(turned, own)
+        if cranks and (turned := _of_cranks(angles[:, known], evenly)) is not None:
+            return turned
         if np.isfinite(begun := _of_swing(angles[:, known], evenly)):
             return evenly + begun
     return evenly
 
 
-def swing_cycle(
-    time_s: FloatArray, command_rad: FloatArray, shaft_rad: FloatArray, frequency_hz: float
-) -> FloatArray:
-    """Return cycles of joints that swing as ``gait_cycle`` does, whatever else turns; NaN if not known."""
-    evenly: FloatArray = frequency_hz * (time_s - time_s[0])
-    for angles in (command_rad, shaft_rad):
-        known = np.isfinite(angles).all(axis=0)
-        if known.any() and np.isfinite(begun := _of_swing(angles[:, known], evenly)):
-            return evenly + begun
-    return evenly
+def _of_cranks(angle_rad: FloatArray, evenly: FloatArray) -> FloatArray | None:
+    """Cycles of shafts that turn with the gait, whole where the first is at 0; None if they do not turn."""
+    moved = angle_rad - angle_rad[0]
+    directions = np.sign(moved[-1])  # of a robot that turns on the spot, shafts turn both ways
+    directions *= 1.0 if directions.sum() >= 0.0 else -1.0
+    turned: FloatArray = (moved * directions).mean(axis=1) / (2 * np.pi)
+    if not abs(turned[-1]) >= np.fmin(1.0, TURNING * evenly[-1]):
+        return None
+    first = int(np.argmax(np.abs(moved[-1]) >= 2 * np.pi * TURNING * abs(turned[-1])))
+    own = angle_rad[:, first] * directions[first] / (2 * np.pi)
+    return turned + _from_its_zero(turned, own)
 
 
 def _of_swing(angle_rad: FloatArray, evenly: FloatArray) -> float:

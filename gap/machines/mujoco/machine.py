@@ -12,7 +12,7 @@ import numpy as np
 
 from gap.constants import SETTLE_S
 from gap.data.check import check_trial
-from gap.data.gait_phase import swing_cycle
+from gap.data.gait_phase import gait_cycle
 from gap.delegate import ManyRequest
 from gap.interfaces import (
     Cause,
@@ -125,7 +125,7 @@ class MjcfMachine:
             GapError: It is too short, another machine's, or in other units.
         """
         frames = self._frames(trial)
-        command = self._command(frames)
+        command, hz = self._command(frames), trial.header.frequency_hz
         values = {SHAFT: frames.shaft_rad - command, SPEED: frames.shaft_rad_s,
                   TORQUE_AT: self._felt(frames.torque_nm, frames),
                   CURRENT_AT: self._felt(frames.current_a, frames), DUTY: frames.pwm}  # fmt: skip
@@ -150,9 +150,7 @@ class MjcfMachine:
         shape = (frames.count, len(self.joints))
         return Observation(
             time_s=readonly(frames.time_s.copy()),
-            cycle=readonly(
-                swing_cycle(frames.time_s, command, frames.shaft_rad, trial.header.frequency_hz)
-            ),
+            cycle=readonly(gait_cycle(frames.time_s, command, frames.shaft_rad, hz, cranks=False)),
             values=readonly(np.hstack([values[kind] for kind in self._kinds])),
             noise=readonly(np.hstack([np.broadcast_to(noise[k], shape) for k in self._kinds])),
             weight=readonly(weight),

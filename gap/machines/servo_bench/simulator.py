@@ -12,7 +12,7 @@ import numpy as np
 from gap.constants import SETTLE_S
 from gap.data.check import check_trial
 from gap.data.even_grid import EvenTrial, even_trial
-from gap.data.gait_phase import swing_cycle
+from gap.data.gait_phase import gait_cycle
 from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation, check_causes
 from gap.machine_kinds import MachineKind
 from gap.machines.servo_bench import kernel as k
@@ -117,7 +117,9 @@ class ServoBench:
                 weight[np.abs(even.torque_nm[:, at]) <= joint.numbers.coulomb_nm, at] = 0.0
         return Observation(
             time_s=readonly(even.time_s.copy()),
-            cycle=readonly(swing_cycle(even.time_s, even.command_rad, even.shaft_rad, hz)),
+            cycle=readonly(
+                gait_cycle(even.time_s, even.command_rad, even.shaft_rad, hz, cranks=False)
+            ),
             values=readonly(values),
             noise=readonly(np.broadcast_to(noise, values.shape).copy()),
             weight=readonly(weight),
