@@ -3,6 +3,7 @@
     [campaign]
     seed = 1                                # everything random follows from it, unless sealed
     seconds = 30.0
+    begin_within_s = 10.0                   # runs are recorded from a time on that is drawn up to this (0)
     robots = ["bigant.toml"]                # beside this file
     [conditions]                            # the trials of every case: all gaits at all frequencies
     gaits = ["tripod", "metachronal"]       # of the robot file; also FILE.py beside this file
@@ -55,7 +56,8 @@ OF_FORCE_SENSORS = "force_"  # how the names of their effects begin
 class CampaignScenario:
     """A scenario file, read: its keys as above, with the walks of a case and of the references planned.
 
-    ``skipped`` are effects that the reality cannot have, each with the reason in words.
+    Without ``begin_within_s`` all runs are recorded from the first tick of walking on. ``skipped`` are
+    effects that the reality cannot have, each with the reason in words.
     """
 
     seed: int
@@ -71,6 +73,7 @@ class CampaignScenario:
     singles: int | None = None
     reality: Reality = USUAL
     skipped: tuple[tuple[str, str], ...] = ()
+    begin_within_s: float = 0.0
 
     def config(self, number: int) -> RobotConfig:
         """Return the robot of a number in the scenario's reality.
@@ -155,6 +158,7 @@ def _scenario(path: Path, top: Table, reality: Reality) -> CampaignScenario:
         ),
         reality=reality,
         skipped=skipped,
+        begin_within_s=campaign.number("begin_within_s", minimum=0, maximum=1000, otherwise=0.0),
     )
     for table in (campaign, cases, top):
         table.done()

@@ -9,8 +9,10 @@ import shutil
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from model.errors import BigantError
 from record.trial.header_file import header_text
@@ -33,7 +35,7 @@ STAMP_UNIX_S = 1_700_000_000
 class Job:
     """One trial to be made: a robot file, what is wrong, the walk, the seed of day and noise, the file.
 
-    ``reality`` is how the robot is built.
+    ``reality`` is how the robot is built, and ``begin_within_s`` when at the latest its recording begins.
     """
 
     robot: Path
@@ -42,6 +44,12 @@ class Job:
     seed: int
     out: Path
     reality: Reality = USUAL
+    begin_within_s: float = 0.0
+
+    @property
+    def begin_s(self) -> float:
+        """When the recording begins, drawn."""
+        return float(np.random.default_rng([self.seed, 0x62]).uniform(0.0, self.begin_within_s))
 
     @property
     def done(self) -> bool:
@@ -59,17 +67,18 @@ class Failure:
 
 def campaign_jobs(scenario: CampaignScenario, entropy: bytes, folder: Path) -> tuple[Job, ...]:
     """Return every trial of a campaign, references first, in an order that says nothing."""
-    jobs = []
+    jobs, begin = [], scenario.begin_within_s
     for robot_at, robot in enumerate(scenario.robots):
         for at, seed in enumerate(reference_seeds(scenario, entropy)):
             name = f"references/robot_{robot_at + 1}_{at + 1}.parquet"
             plan = scenario.references[at]
-            jobs.append(Job(robot, (), plan, seed + robot_at, folder / name, scenario.reality))
+            out = folder / name
+            jobs.append(Job(robot, (), plan, seed + robot_at, out, scenario.reality, begin))
     for case in draw_cases(scenario, entropy):
         for at, (plan, seed) in enumerate(zip(scenario.plans, case.seeds, strict=True)):
             out = folder / "cases" / case.name / f"trial_{at + 1}.parquet"
             robot = scenario.robots[case.robot]
-            jobs.append(Job(robot, case.effects, plan, seed, out, scenario.reality))
+            jobs.append(Job(robot, case.effects, plan, seed, out, scenario.reality, begin))
     return tuple(jobs)
 
 
@@ -78,10 +87,18 @@ def run_job(job: Job) -> Failure | None:
     try:
         config = robot_in(job.reality, load_robot(job.robot))
         twin = make_twin(config, job.effects, job.seed, job.reality)
-        _write(walk_fast(config, twin, job.plan, lambda _: None), job.out)
+        plan = replace(job.plan, seconds=job.plan.seconds + job.begin_s)
+        trial = walk_fast(config, twin, plan, lambda _: None)
+        _write(_last(trial, job.plan.seconds), job.out)
     except (BigantError, OSError) as error:
         return Failure(job.out, str(error))
     return None
+
+
+def _last(trial: Trial, seconds: float) -> Trial:
+    """Return the end of a trial, as many rows whenever it begins."""
+    rows = round(seconds * trial.header.sample_rate_hz)
+    return trial.rows(np.arange(len(trial.time_s)) >= len(trial.time_s) - rows)
 
 
 def _write(trial: Trial, out: Path) -> None:

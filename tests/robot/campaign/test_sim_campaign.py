@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+from pyarrow.parquet import read_table
 
 from robot.cli.main import run as command
 from robot.console import cluster as dask_cluster
@@ -143,3 +144,24 @@ def test_no_cluster_there_is_said(
     assert "nothing answers at tcp://127.0.0.1:9" in capsys.readouterr().err
     assert command([*line, "--dask", "nonsense://x"]) != 0
     assert "--dask" in capsys.readouterr().err
+
+
+def test_recordings_begin_anywhere_and_are_as_long_if_a_scenario_asks_for_it(
+    tmp_path: Path,
+) -> None:
+    text = ONE.replace("seconds = 0.1", "seconds = 0.1\nbegin_within_s = 2.0")
+    scenario = write_scenario(tmp_path, text.replace("count = 1", "count = 3"))
+    line = ["campaign", "make", str(scenario), "--jobs", "1", "--out"]
+    assert command([*line, str(tmp_path / "one")]) == 0
+    begins, rows = set(), set()
+    for path in sorted((tmp_path / "one" / "references").glob("*.parquet")):
+        time_s = read_table(path)["time_s"].to_numpy()
+        begins.add(float(time_s[0]))
+        rows.add(len(time_s))
+    assert len(begins) == 3
+    assert all(0.0 <= begin <= 2.0 for begin in begins)
+    assert rows == {10}
+    assert command([*line, str(tmp_path / "two")]) == 0
+    assert tables(tmp_path / "one") == tables(tmp_path / "two")
+    scenario.write_text(scenario.read_text().replace("= 2.0", "= -1.0"))
+    assert command([*line, str(tmp_path / "three")]) != 0
