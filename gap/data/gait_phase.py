@@ -7,9 +7,8 @@ import numpy as np
 
 from model.values.arrays import FloatArray
 
-TURNING = (
-    0.5  # share of a gait's cycles from which on shafts turn with it; one cycle always is enough
-)
+# Share of a gait's cycles from which on shafts turn with it; one cycle always is enough.
+TURNING = 0.5
 LEAST_SWING_RAD = 1e-3
 CLEAR_SWING = 0.3  # share of the largest swing from which on a joint's is one to go by
 

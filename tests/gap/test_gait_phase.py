@@ -57,6 +57,10 @@ def test_on_the_spot_shafts_turn_both_ways(ways: tuple[int, ...]) -> None:
     cycle = gait_cycle(TIME_S, np.outer(turned, ways) + 0.4, NOTHING, HZ)
     most = 1.0 if sum(ways) >= 0 else -1.0
     np.testing.assert_allclose(np.diff(cycle), most * HZ * np.diff(TIME_S), atol=1e-12)
+    own = (
+        (ways[0] * turned + 0.4) * ways[0] * most / (2 * np.pi)
+    )  # the first joint's, all turn evenly
+    np.testing.assert_allclose(np.mod(cycle - own + 0.5, 1.0), 0.5, atol=1e-9)
 
 
 @pytest.mark.parametrize("begin", [0.0, 0.2, 0.7])

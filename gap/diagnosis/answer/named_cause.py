@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from gap.diagnosis.comparison.trend import Trend
 from gap.interfaces import Cause, place_words
 from gap.residuals.vibration import ChannelVibration
-from gap.rounding import value_words
+from gap.rounding import count_words, value_words
 
 JOINTS_SHOWN = 3  # of a cause at every joint, in a sentence
 
@@ -82,7 +82,7 @@ class NamedCause:
             shown = list(each.items())[:JOINTS_SHOWN]
             sizes = "; ".join(f"{joint}: {_sizes(own)}" for joint, own in shown)
             if more := len(each) - len(shown):
-                sizes += f"; and {more} more joint{'s' if more > 1 else ''}"
+                sizes += f"; and {count_words(more, 'more joint')}"
         sizes = ", ".join(filter(None, (self.form_words, sizes)))
         return place_words(self.effect, self.joints) + (f" ({sizes})" if sizes else "")
 
